@@ -1,0 +1,16 @@
+/* diaphan/diaphan.h - the whole of the core library: meshes, spherical harmonics, baking, files, shading constants.
+ *
+ * Pictures (image.h), rays (trace.h) and drawing (render.h) are libraries of their own and included apart. */
+#ifndef DIAPHAN_DIAPHAN_H
+#define DIAPHAN_DIAPHAN_H
+
+#include <diaphan/bake.h>
+#include <diaphan/error.h>
+#include <diaphan/light.h>
+#include <diaphan/material.h>
+#include <diaphan/mesh.h>
+#include <diaphan/scene.h>
+#include <diaphan/sh.h>
+#include <diaphan/thickness.h>
+
+#endif

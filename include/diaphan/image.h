@@ -1,0 +1,45 @@
+/* diaphan/image.h - pictures in linear float, PNG and EXR.      Tier 1.
+ *
+ * Rows run from the top. Channels are linear, scene-referred; alpha is coverage. */
+#ifndef DIAPHAN_IMAGE_H
+#define DIAPHAN_IMAGE_H
+
+#include <diaphan/error.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Owns `pixel`. */
+struct dph_image {
+    int width, height;
+    float *pixel; /* (height x width x 4) RGBA */
+};
+
+/* Allocates a picture of zeros. False: DPH_ERROR_ARGUMENT (a side below 1 or above 32768) or DPH_ERROR_MEMORY. */
+bool dph_image_init(struct dph_image *image, int width, int height, struct dph_error *err);
+void dph_image_finish(struct dph_image *image);
+
+/* The one output transform: color * 2^exposure, clipped to [0, 1], sRGB (IEC 61966-2-1). */
+struct dph_tone {
+    double exposure; /* stops */
+    bool linear;     /* write the clipped value itself, without the sRGB curve */
+};
+
+/* Linear to sRGB, [0, 1] to [0, 1]. */
+double dph_srgb_encode(double linear);
+double dph_srgb_decode(double encoded);
+
+/* Writes .png (8 bit RGB through `tone`, with an sRGB chunk) or .exr (single-part scanline, ZIP, 32-bit float R, G, B, A, linear, `tone` not applied), told by the
+ * ending. The file appears whole or not at all. False: DPH_ERROR_ARGUMENT (another ending), _OUTPUT, _MEMORY. */
+bool dph_image_save(const struct dph_image *image, const char *path, const struct dph_tone *tone,
+                    struct dph_error *err);
+
+/* Reads .png (any depth and colour type; decoded from sRGB to linear) or .exr (R, G, B and A or Y; missing alpha is 1). False: DPH_ERROR_INPUT, _LIMIT,
+ * _UNSUPPORTED, _MEMORY. */
+bool dph_image_load(struct dph_image *image, const char *path, struct dph_error *err);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,82 @@
+/* diaphan/material.h - homogeneous scattering media and the numbers that shading needs of them.      Tier 2.
+ *
+ * Coefficients are in 1/mm, per RGB channel. `scattering` is not reduced; the presets (Jensen et al. 2001) give the reduced coefficient with
+ * anisotropy 0. */
+#ifndef DIAPHAN_MATERIAL_H
+#define DIAPHAN_MATERIAL_H
+
+#include <diaphan/error.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* How thickness becomes light. */
+enum dph_formula {
+    DPH_FORMULA_G = 0,  /* E T(d) (b + f max(0, mu) + g max(0, -mu)), docs/theory.md           */
+    DPH_FORMULA_PAPER,  /* E (Rd / pi max(0, mu) + b' T(d)): the paper's own sum               */
+};
+
+/* The transmittance T(d) of thickness d. */
+enum dph_curve {
+    DPH_CURVE_SLAB = 0, /* diffusion slab, capped at 1                                         */
+    DPH_CURVE_EXP,      /* exp(-sigma d)                                                       */
+};
+
+/* A medium and how it is drawn. Plain data, copy it as you like. */
+struct dph_material {
+    char name[64];
+    double scattering[3];  /* 1/mm, >= 0                                                         */
+    double absorption[3];  /* 1/mm, >= 0                                                         */
+    double anisotropy;     /* g of Henyey-Greenstein, -1 < g < 1                                 */
+    double ior;            /* >= 1                                                               */
+
+    /* Drawing parameters. NaN in a channel: derived from the medium. */
+    enum dph_formula formula;
+    enum dph_curve curve;
+    double sigma[3];       /* of DPH_CURVE_EXP, 1/mm; derived: the effective transport coefficient */
+    double base[3];        /* b; derived: .25 Rd / pi (formula G), Rd / pi (paper)               */
+    double front[3];       /* f; derived: .6 Rd / pi (formula G)                                 */
+    double back[3];        /* g; derived: .7 / pi (formula G)                                    */
+    double specular;       /* scale of the Blinn-Phong highlight, 0: off                         */
+    double shininess;      /* its exponent; 40                                                   */
+    double rim;            /* scale of the rim term, 0: off                                      */
+    double rim_power;      /* 3                                                                  */
+    double ambient;        /* radiance from everywhere times Rd; 0                               */
+};
+
+/* The presets in a fixed order; NULL beyond the last. */
+const struct dph_material *dph_material_preset(size_t i);
+
+/* A preset by name (case does not matter), else a JSON file at that path: {"scattering": [r,g,b], "absorption": [r,g,b], "anisotropy": 0,
+ * "ior": 1.3, ...}; other keys are the drawing parameters above, by their names ("formula": "g" | "paper",
+ * "curve": "slab" | "exp"). False: DPH_ERROR_ARGUMENT where it is neither (the message lists the
+ * presets), DPH_ERROR_INPUT for a bad file. */
+bool dph_material_load(const char *name_or_path, struct dph_material *material, struct dph_error *err);
+
+/* What follows from a medium, per channel. */
+struct dph_medium {
+    double reduced_scattering[3]; /* (1 - g) scattering, 1/mm                                    */
+    double transport[3];          /* effective transport coefficient sqrt(3 sa (sa + ss')), 1/mm */
+    double reflectance[3];        /* index-matched diffuse reflectance of a half space (Jensen's dipole, eta 1) */
+};
+void dph_material_medium(const struct dph_material *material, struct dph_medium *medium);
+
+/* The constants that a shader takes for a material: shaders/diaphan.glsl, struct DphMaterial. All lengths in mm. */
+struct dph_material_constants {
+    float formula_curve[2];   /* as enums                                                        */
+    float curve[3][4];        /* per channel: slab (transport, extrapolation zr, ze, T's numerator), exp (sigma, 0, 0, 0) */
+    float base[3], front[3], back[3];
+    float albedo[3];          /* index-matched diffuse reflectance                               */
+    float specular, shininess, f0;
+    float rim, rim_power, ambient;
+};
+void dph_material_constants(const struct dph_material *material, struct dph_material_constants *out);
+
+/* T(d) of one channel on the CPU, the same formula as the shader's; d in mm, negative counts as 0. */
+double dph_material_transmittance(const struct dph_material_constants *constants, int channel, double d);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,86 @@
+/* diaphan/render.h - drawing translucent scenes with OpenGL 3.3 core, with or without a window.      Tier 3.
+ *
+ * The caller makes a context (dph_gl_create_headless, or its own window's) and keeps it current on the calling thread. Nothing here bakes: a
+ * body without thickness cannot be drawn by a method that needs it. */
+#ifndef DIAPHAN_RENDER_H
+#define DIAPHAN_RENDER_H
+
+#include <diaphan/image.h>
+#include <diaphan/light.h>
+#include <diaphan/material.h>
+#include <diaphan/scene.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* A headless context: EGL's surfaceless platform (Mesa), else its device platform (a vendor's driver). */
+struct dph_gl;
+
+/* Makes the context and makes it current. NULL: DPH_ERROR_CAPABILITY, the message says what was tried. */
+struct dph_gl *dph_gl_create_headless(struct dph_error *err);
+void dph_gl_destroy(struct dph_gl *gl);
+
+/* GL_RENDERER and GL_VERSION of the current context in one line. */
+const char *dph_gl_name(const struct dph_gl *gl);
+
+/* A row of the table of methods. */
+struct dph_method {
+    const char *name;       /* as on the command line                                             */
+    const char *title;      /* for people                                                         */
+    const char *paper;      /* where it comes from                                                */
+    bool needs_thickness;   /* bodies must be baked                                               */
+    const struct dph_method_draw *draw; /* private                                                */
+};
+
+/* Methods in the order of the table; NULL beyond the last. */
+const struct dph_method *dph_method_at(size_t i);
+/* NULL: not known. */
+const struct dph_method *dph_method_find(const char *name);
+
+/* Where the picture is taken from. Looks at the centre of the scene's bounding box. */
+struct dph_camera {
+    double azimuth, elevation; /* degrees, of the place the camera stands                          */
+    double distance;           /* in bounding-sphere radii (half the box's diagonal)               */
+    double fov;                /* vertical, degrees                                                */
+};
+
+/* Everything that a picture depends on besides the scene. struct dph_frame f = dph_frame_defaults(); */
+#define DPH_MAX_LIGHTS 16
+struct dph_frame {
+    const struct dph_method *method;      /* shsss                                                 */
+    struct dph_material material;         /* wax                                                   */
+    struct dph_camera camera;             /* 0, 15, 3.5, 35                                        */
+    int nlight;                           /* 1 to DPH_MAX_LIGHTS                                   */
+    struct dph_light light[DPH_MAX_LIGHTS]; /* azimuth 150, elevation 30, irradiance pi            */
+    int width, height;                    /* 1280 x 800                                            */
+    double background[3];                 /* linear, 0                                             */
+    double mm_per_unit;                   /* 0: the scene's, else 25 mm for the largest side       */
+    int bands;                            /* 0: all that are stored                                */
+    enum dph_window window;               /* DPH_WINDOW_NONE                                       */
+    int samples;                          /* multisampling, 1 to 16, less where GL has less; 4      */
+};
+struct dph_frame dph_frame_defaults(void);
+
+/* A scene's data on the GPU. The scene must outlive it and not change. */
+struct dph_renderer;
+struct dph_renderer *dph_renderer_create(const struct dph_scene *scene, struct dph_error *err);
+void dph_renderer_destroy(struct dph_renderer *renderer);
+
+/* Draws one frame into `image` (initialised by the caller to the frame's size): linear radiance, alpha is coverage; the background is composited.
+ * False: DPH_ERROR_ARGUMENT (sizes, no light, a body that is not baked), DPH_ERROR_CAPABILITY (GL errors, with the pass's name). */
+bool dph_renderer_draw(struct dph_renderer *renderer, const struct dph_frame *frame,
+                       struct dph_image *image, struct dph_error *err);
+
+/* Reads back what the vertex stage computes for light 0: the thickness in mm, not clamped, of every vertex of one instance, for tests.
+ * `thickness` (body.mesh.nvert). */
+bool dph_renderer_thickness(struct dph_renderer *renderer, const struct dph_frame *frame,
+                            size_t instance, float *thickness, struct dph_error *err);
+
+/* The GLSL include with every formula that an engine's own shader has to call. */
+extern const char dph_shader_include[];
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,32 @@
+/* diaphan/trace.h - rays against a mesh, through Embree.      Tier 2. Only where the library was built with it.
+ *
+ * Used to check the sweep and to be measured beside it; later by the path-traced reference. */
+#ifndef DIAPHAN_TRACE_H
+#define DIAPHAN_TRACE_H
+
+#include <diaphan/mesh.h>
+#include <diaphan/thickness.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* A mesh prepared for rays. Safe to query from several threads. */
+struct dph_rays;
+
+/* `position` (npos x 3), `index` (ntri x 3); both are copied. NULL: DPH_ERROR_MEMORY or DPH_ERROR_CAPABILITY. */
+struct dph_rays *dph_rays_create(const float *position, size_t npos, const uint32_t *index,
+                                 size_t ntri, struct dph_error *err);
+void dph_rays_destroy(struct dph_rays *rays);
+
+/* Thickness from `norigin` of the mesh's own positions (ids `origin`) along one unit direction. DPH_THICKNESS_FIRST takes the first hit
+ * (rtcIntersect1); the others collect every hit through a filter. Triangles that touch the origin by index are
+ * skipped. `thickness` (norigin), `balance` (norigin, Nullable): exits minus entries. */
+void dph_rays_thickness(const struct dph_rays *rays, enum dph_definition definition,
+                        const uint32_t *origin, size_t norigin, const float direction[3],
+                        float *thickness, int *balance);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
