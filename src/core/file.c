@@ -1,5 +1,5 @@
 /* Whole files in, whole files out. */
-#define _POSIX_C_SOURCE 200809L
+#define _XOPEN_SOURCE 700
 #include "core/file.h"
 
 #include "core/fail.h"
