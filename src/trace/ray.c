@@ -1,0 +1,244 @@
+/* Rays against a mesh, through Embree 3: the independent check of the sweep, and what it is measured beside.
+ *
+ * The scene is built at medium quality, without spatial splits, so that a triangle sits in one leaf and a filter sees it once
+ * a ray, and with the ROBUST flag: rays that start at one vertex often aim at others, and without the flag a quarter
+ * of the rays aimed exactly at a vertex slip through the mesh. Positions are moved to the
+ * unit cube first, so that coordinates of any size give the same answers up to scale.
+ *
+ * The nearest hit is rtcIntersect1 with a filter that rejects the triangles around the origin; all hits are gathered by a filter
+ * that notes and rejects each, so that the traversal goes on to the end. Side and sign come from the hit's geometric normal: a ray that
+ * leaves matter runs along the outward normal. Embree culls no back faces, so both kinds arrive. */
+#include <diaphan/trace.h>
+
+#include "core/fail.h"
+#include "core/memory.h"
+
+#include <embree3/rtcore.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#if defined(__SSE2__)
+#include <pmmintrin.h>
+#endif
+
+struct dph_rays {
+    RTCDevice device;
+    RTCScene scene;
+    float *position; /* (npos x 3) in the unit cube */
+    uint32_t *index; /* (ntri x 3) */
+    double unit;     /* length of the unit cube's side in the caller's unit */
+};
+
+/* What a filter needs to know of its ray. Embree hands the first member back, so it must stay first. */
+struct query {
+    struct RTCIntersectContext context;
+    const uint32_t *index;
+    uint32_t origin;
+    enum dph_definition definition;
+    float direction[3];
+    double thickness;
+    int balance;
+};
+
+/* Denormal operands slow Embree down many times over; its manual asks for both flags in every thread that queries. Returns the former state. */
+static unsigned int flush_denormals(void)
+{
+#if defined(__SSE2__)
+    unsigned int before = _mm_getcsr();
+    _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);
+    _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON);
+    return before;
+#else
+    return 0;
+#endif
+}
+
+static void restore_denormals(unsigned int before)
+{
+#if defined(__SSE2__)
+    _mm_setcsr(before);
+#else
+    (void)before;
+#endif
+}
+
+static bool touches_origin(const struct query *query, unsigned int triangle)
+{
+    const uint32_t *corner = query->index + 3 * (size_t)triangle;
+    return corner[0] == query->origin || corner[1] == query->origin || corner[2] == query->origin;
+}
+
+static int sign_of_hit(const float direction[3], float x, float y, float z)
+{
+    float along = direction[0] * x + direction[1] * y + direction[2] * z;
+    return along > 0.0f ? 1 : along < 0.0f ? -1 : 0;
+}
+
+static void skip_own_triangles(const struct RTCFilterFunctionNArguments *args)
+{
+    const struct query *query = (const void *)args->context;
+    const struct RTCHit *hit = (const void *)args->hit; /* N is 1: rtcIntersect1 only */
+    if (args->valid[0] == -1 && touches_origin(query, hit->primID))
+        args->valid[0] = 0;
+}
+
+static void gather_hit(const struct RTCFilterFunctionNArguments *args)
+{
+    struct query *query = (void *)args->context;
+    const struct RTCHit *hit = (const void *)args->hit;
+    const struct RTCRay *ray = (const void *)args->ray;
+    if (args->valid[0] != -1)
+        return;
+    args->valid[0] = 0;
+    if (touches_origin(query, hit->primID))
+        return;
+    int sign = sign_of_hit(query->direction, hit->Ng_x, hit->Ng_y, hit->Ng_z);
+    query->balance += sign;
+    if (query->definition == DPH_THICKNESS_INSIDE)
+        query->thickness += sign * (double)ray->tfar;
+    else if (sign > 0 && (double)ray->tfar > query->thickness)
+        query->thickness = (double)ray->tfar;
+}
+
+/* Moves the positions into the unit cube around their centre. Sums and quotients in double: what is lost is one rounding a coordinate. */
+static void normalise(struct dph_rays *rays, const float *position, size_t npos)
+{
+    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
+    for (size_t i = 0; i < npos; i++)
+        for (int k = 0; k < 3; k++) {
+            low[k] = fmin(low[k], (double)position[3 * i + k]);
+            high[k] = fmax(high[k], (double)position[3 * i + k]);
+        }
+    rays->unit = 0.0;
+    for (int k = 0; k < 3 && npos; k++)
+        rays->unit = fmax(rays->unit, high[k] - low[k]);
+    if (!(rays->unit > 0.0))
+        rays->unit = 1.0;
+    for (size_t i = 0; i < npos; i++)
+        for (int k = 0; k < 3; k++) {
+            double centre = 0.5 * (low[k] + high[k]);
+            rays->position[3 * i + k] = (float)(((double)position[3 * i + k] - centre) / rays->unit);
+        }
+}
+
+static bool fail_embree(RTCDevice device, struct dph_error *err)
+{
+    enum RTCError code = rtcGetDeviceError(device);
+    if (code == RTC_ERROR_OUT_OF_MEMORY)
+        return dph_fail_memory(err);
+    return dph_fail(err, DPH_ERROR_CAPABILITY, "Embree failed with error %d", (int)code);
+}
+
+static bool build(struct dph_rays *rays, size_t npos, size_t ntri, struct dph_error *err)
+{
+    rays->device = rtcNewDevice(NULL);
+    if (!rays->device)
+        return fail_embree(NULL, err);
+    rays->scene = rtcNewScene(rays->device);
+    RTCGeometry geometry = rtcNewGeometry(rays->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    if (!rays->scene || !geometry)
+        goto error;
+    rtcSetSceneBuildQuality(rays->scene, RTC_BUILD_QUALITY_MEDIUM);
+    rtcSetSceneFlags(rays->scene, RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
+    float *position = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                              3 * sizeof *position, npos);
+    uint32_t *index = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                              3 * sizeof *index, ntri);
+    if ((npos && !position) || (ntri && !index))
+        goto error;
+    if (npos)
+        memcpy(position, rays->position, 3 * npos * sizeof *position);
+    if (ntri)
+        memcpy(index, rays->index, 3 * ntri * sizeof *index);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometry(rays->scene, geometry);
+    rtcReleaseGeometry(geometry); /* the scene keeps it */
+    rtcCommitScene(rays->scene);
+    if (rtcGetDeviceError(rays->device) != RTC_ERROR_NONE)
+        return dph_fail(err, DPH_ERROR_CAPABILITY, "Embree could not build a scene of %zu triangles", ntri);
+    return true;
+
+error:
+    if (geometry)
+        rtcReleaseGeometry(geometry);
+    return fail_embree(rays->device, err);
+}
+
+struct dph_rays *dph_rays_create(const float *position, size_t npos, const uint32_t *index,
+                                 size_t ntri, struct dph_error *err)
+{
+    struct dph_rays *rays = calloc(1, sizeof *rays);
+    if (!rays || !(rays->position = dph_alloc(npos, 3 * sizeof *position)) ||
+        !(rays->index = dph_alloc(ntri, 3 * sizeof *index))) {
+        dph_fail_memory(err);
+        goto error;
+    }
+    normalise(rays, position, npos);
+    if (ntri)
+        memcpy(rays->index, index, 3 * ntri * sizeof *index);
+    if (!build(rays, npos, ntri, err))
+        goto error;
+    return rays;
+
+error:
+    dph_rays_destroy(rays);
+    return NULL;
+}
+
+void dph_rays_destroy(struct dph_rays *rays)
+{
+    if (!rays)
+        return;
+    if (rays->scene)
+        rtcReleaseScene(rays->scene);
+    if (rays->device)
+        rtcReleaseDevice(rays->device);
+    free(rays->position);
+    free(rays->index);
+    free(rays);
+}
+
+static void shoot(const struct dph_rays *rays, struct query *query)
+{
+    const float *from = rays->position + 3 * (size_t)query->origin;
+    struct RTCRayHit ray;
+    memset(&ray, 0, sizeof ray);
+    ray.ray.org_x = from[0];
+    ray.ray.org_y = from[1];
+    ray.ray.org_z = from[2];
+    ray.ray.dir_x = query->direction[0];
+    ray.ray.dir_y = query->direction[1];
+    ray.ray.dir_z = query->direction[2];
+    ray.ray.tfar = INFINITY;
+    ray.ray.mask = ~0u;
+    ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    query->thickness = 0.0;
+    query->balance = 0;
+    rtcIntersect1(rays->scene, &query->context, &ray);
+    if (query->definition != DPH_THICKNESS_FIRST || ray.hit.geomID == RTC_INVALID_GEOMETRY_ID)
+        return;
+    query->balance = sign_of_hit(query->direction, ray.hit.Ng_x, ray.hit.Ng_y, ray.hit.Ng_z);
+    if (query->balance > 0)
+        query->thickness = (double)ray.ray.tfar;
+}
+
+void dph_rays_thickness(const struct dph_rays *rays, enum dph_definition definition,
+                        const uint32_t *origin, size_t norigin, const float direction[3],
+                        float *thickness, int *balance)
+{
+    struct query query = {.index = rays->index, .definition = definition};
+    rtcInitIntersectContext(&query.context);
+    query.context.filter = definition == DPH_THICKNESS_FIRST ? skip_own_triangles : gather_hit;
+    memcpy(query.direction, direction, sizeof query.direction);
+
+    unsigned int before = flush_denormals();
+    for (size_t i = 0; i < norigin; i++) {
+        query.origin = origin[i];
+        shoot(rays, &query);
+        thickness[i] = (float)(query.thickness * rays->unit);
+        if (balance)
+            balance[i] = query.balance;
+    }
+    restore_denormals(before);
+}
