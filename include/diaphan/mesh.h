@@ -57,7 +57,8 @@ struct dph_mesh_stats {
 bool dph_mesh_measure(const struct dph_mesh *mesh, struct dph_mesh_stats *stats, struct dph_error *err);
 
 /* Angle-weighted unit normals, one per position (Thuermer, Wuethrich 1998), for `nvert` vertices that share position ids as
- * dph_mesh_weld gives them. `normal_out` is (npos x 3); a position without area gets (0, 0, 1). */
+ * dph_mesh_weld gives them. `normal_out` is (npos x 3); a position without area, or whose
+ * faces cancel, gets (0, 0, 1). */
 void dph_mesh_position_normals(const float *position /* (npos x 3) */, size_t npos,
                                const uint32_t *index /* (ntri x 3), < npos */, size_t ntri,
                                float *normal_out);
@@ -65,7 +66,9 @@ void dph_mesh_position_normals(const float *position /* (npos x 3) */, size_t np
 /* Replaces a mesh's normals by angle-weighted ones, splitting vertices where two faces meet at more than `crease_degrees`
  * (0: every face flat; 180: all smooth). Faces are averaged per connected smooth fan around a position.
  * `vertex_of`: Nullable; receives a malloc'ed array (new nvert) of the old vertex of each new one, which the caller frees.
- * False: DPH_ERROR_MEMORY, and the mesh is unchanged. */
+ * Old vertices keep their numbers and their order, copies come after them; one that no triangle uses gets (0, 0, 1).
+ * False: DPH_ERROR_MEMORY, _INPUT (a position that is not finite) or _LIMIT (more than 2^32 / 3 triangles), and the mesh is
+ * unchanged. */
 bool dph_mesh_make_normals(struct dph_mesh *mesh, double crease_degrees, uint32_t **vertex_of,
                            struct dph_error *err);
 
