@@ -5,7 +5,9 @@
  * of the rays aimed exactly at a vertex slip through the mesh. Positions are moved to the
  * unit cube first, so that coordinates of any size give the same answers up to scale.
  *
- * The nearest hit is rtcIntersect1 with a filter that rejects the triangles around the origin; all hits are gathered by a filter
+ * The nearest hit is a plain rtcIntersect1 that starts a millionth of the mesh's size away from its origin, beyond the
+ * triangles around it; the few rays that find one of those all the same are shot again with a filter that rejects them. (With the filter on
+ * every ray the nearest hit takes 1.6 times as long, which would flatter the sweep.) All hits are gathered by a filter
  * that notes and rejects each, so that the traversal goes on to the end. Side and sign come from the hit's geometric normal: a ray that
  * leaves matter runs along the outward normal. Embree culls no back faces, so both kinds arrive. */
 #include <diaphan/trace.h>
@@ -199,28 +201,47 @@ void dph_rays_destroy(struct dph_rays *rays)
     free(rays);
 }
 
-static void shoot(const struct dph_rays *rays, struct query *query)
+static void intersect(const struct dph_rays *rays, struct query *query, float start,
+                      struct RTCRayHit *ray)
 {
     const float *from = rays->position + 3 * (size_t)query->origin;
+    ray->ray = (struct RTCRay){
+        .org_x = from[0],
+        .org_y = from[1],
+        .org_z = from[2],
+        .tnear = start,
+        .dir_x = query->direction[0],
+        .dir_y = query->direction[1],
+        .dir_z = query->direction[2],
+        .tfar = INFINITY,
+        .mask = ~0u,
+    };
+    ray->hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    ray->hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    rtcIntersect1(rays->scene, &query->context, ray);
+}
+
+static void nearest(const struct dph_rays *rays, struct query *query)
+{
     struct RTCRayHit ray;
-    memset(&ray, 0, sizeof ray);
-    ray.ray.org_x = from[0];
-    ray.ray.org_y = from[1];
-    ray.ray.org_z = from[2];
-    ray.ray.dir_x = query->direction[0];
-    ray.ray.dir_y = query->direction[1];
-    ray.ray.dir_z = query->direction[2];
-    ray.ray.tfar = INFINITY;
-    ray.ray.mask = ~0u;
-    ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    query->thickness = 0.0;
-    query->balance = 0;
-    rtcIntersect1(rays->scene, &query->context, &ray);
-    if (query->definition != DPH_THICKNESS_FIRST || ray.hit.geomID == RTC_INVALID_GEOMETRY_ID)
+    query->context.filter = NULL;
+    intersect(rays, query, 1e-6f, &ray); /* the mesh fills the unit cube, float resolves 6e-8 there */
+    if (ray.hit.geomID != RTC_INVALID_GEOMETRY_ID && touches_origin(query, ray.hit.primID)) {
+        query->context.filter = skip_own_triangles;
+        intersect(rays, query, 0.0f, &ray);
+    }
+    if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID)
         return;
     query->balance = sign_of_hit(query->direction, ray.hit.Ng_x, ray.hit.Ng_y, ray.hit.Ng_z);
     if (query->balance > 0)
         query->thickness = (double)ray.ray.tfar;
+}
+
+static void gather(const struct dph_rays *rays, struct query *query)
+{
+    struct RTCRayHit ray;
+    query->context.filter = gather_hit;
+    intersect(rays, query, 0.0f, &ray);
 }
 
 void dph_rays_thickness(const struct dph_rays *rays, enum dph_definition definition,
@@ -229,13 +250,17 @@ void dph_rays_thickness(const struct dph_rays *rays, enum dph_definition definit
 {
     struct query query = {.index = rays->index, .definition = definition};
     rtcInitIntersectContext(&query.context);
-    query.context.filter = definition == DPH_THICKNESS_FIRST ? skip_own_triangles : gather_hit;
     memcpy(query.direction, direction, sizeof query.direction);
 
     unsigned int before = flush_denormals();
     for (size_t i = 0; i < norigin; i++) {
         query.origin = origin[i];
-        shoot(rays, &query);
+        query.thickness = 0.0;
+        query.balance = 0;
+        if (definition == DPH_THICKNESS_FIRST)
+            nearest(rays, &query);
+        else
+            gather(rays, &query);
         thickness[i] = (float)(query.thickness * rays->unit);
         if (balance)
             balance[i] = query.balance;
