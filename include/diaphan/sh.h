@@ -19,8 +19,9 @@ extern "C" {
  * Recurrences in Cartesian form, exact to rounding at the poles. */
 void dph_sh_eval(int bands, const double direction[3], double *value /* (bands * bands) */);
 
-/* Fills `count` unit directions, even over the sphere: antipodal pairs of a spherical Fibonacci set, direction 2k and 2k+1 opposite,
- * turned as a whole so that no direction lies in a plane spanned by coordinate axes. `count`: even, 2 to 65536. */
+/* Fills `count` unit directions, even over the sphere and of equal weight 4 pi / count: a spherical Fibonacci set of count / 2
+ * points and their opposites, direction 2k and 2k+1 opposite, turned as a whole so that no direction lies in a plane
+ * spanned by coordinate axes. The same bits on every machine. `count`: even, 2 to 65536. */
 void dph_sh_directions(int count, float *direction /* (count x 3) */);
 
 /* Factors by band that damp ringing, applied to a light's values, never to what is stored. */
