@@ -49,14 +49,15 @@ static double angle_of(double s, double c)
     return c < 0 ? 2 * half_pi - angle : angle;
 }
 
-/* Unit normal of a triangle, and its three angles. False: the triangle has no area to speak of. */
-static bool face_of(const float *p[3], double normal[3], double angle[3])
+/* A triangle's sides, k from corner k to the next; its normal, whose length is twice the area; returns that length, or 0 for a triangle that has
+ * no area to speak of. */
+static double sides_of(const float *p[3], double side[3][3], double normal[3])
 {
-    double side[3][3], longest = 0; /* side k runs from corner k to the next */
+    double longest = 0;
     for (int k = 0; k < 3; k++) {
         double square = 0;
         for (int a = 0; a < 3; a++) {
-            side[k][a] = (double)p[(k + 1) % 3][a] - p[k][a];
+            side[k][a] = (double)p[k == 2 ? 0 : k + 1][a] - p[k][a];
             square += side[k][a] * side[k][a];
         }
         longest = square > longest ? square : longest;
@@ -66,16 +67,13 @@ static bool face_of(const float *p[3], double normal[3], double angle[3])
     normal[1] = u[2] * v[0] - u[0] * v[2];
     normal[2] = u[0] * v[1] - u[1] * v[0];
     double area = sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
-    if (!(area > FLATNESS * longest))
-        return false;
-    for (int a = 0; a < 3; a++)
-        normal[a] /= area;
-    if (angle)
-        for (int k = 0; k < 3; k++) {
-            const double *out = side[k], *in = side[(k + 2) % 3];
-            angle[k] = angle_of(area, -(out[0] * in[0] + out[1] * in[1] + out[2] * in[2]));
-        }
-    return true;
+    return area > FLATNESS * longest ? area : 0;
+}
+
+static double corner_angle(double side[3][3], double area, int k)
+{
+    const double *out = side[k], *in = side[k == 0 ? 2 : k - 1];
+    return angle_of(area, -(out[0] * in[0] + out[1] * in[1] + out[2] * in[2]));
 }
 
 /* Writes the unit vector along `sum`, or (0, 0, 1) where it has no length. */
@@ -93,15 +91,17 @@ void dph_mesh_position_normals(const float *position, size_t npos, const uint32_
     memset(normal_out, 0, npos * 3 * sizeof *normal_out);
     for (size_t t = 0; t < ntri; t++) {
         const float *p[3];
-        double normal[3], angle[3];
+        double side[3][3], normal[3];
         for (int k = 0; k < 3; k++)
             p[k] = position + 3 * (size_t)index[3 * t + k];
-        if (!face_of(p, normal, angle))
+        double area = sides_of(p, side, normal);
+        if (area == 0)
             continue;
         for (int k = 0; k < 3; k++) {
             float *sum = normal_out + 3 * (size_t)index[3 * t + k];
+            double weight = corner_angle(side, area, k) / area;
             for (int a = 0; a < 3; a++)
-                sum[a] += (float)(angle[k] * normal[a]);
+                sum[a] += (float)(weight * normal[a]);
         }
     }
     for (size_t i = 0; i < npos; i++) {
@@ -242,15 +242,17 @@ static void sum_fans(struct work *w, const uint32_t *corner, uint32_t n)
     memset(w->sum, 0, n * sizeof *w->sum);
     for (uint32_t i = 0; i < n; i++) {
         const float *p[3];
-        double normal[3], angle[3];
+        double side[3][3], normal[3];
         for (uint32_t k = 0; k < 3; k++)
             p[k] = w->mesh->position + 3 * (size_t)w->mesh->index[corner[i] / 3 * 3 + k];
-        if (!face_of(p, normal, angle)) {
+        double area = sides_of(p, side, normal);
+        if (area == 0) {
             w->fan[i] = w->fan[fallback];
             continue;
         }
+        double weight = corner_angle(side, area, (int)(corner[i] % 3)) / area;
         for (int a = 0; a < 3; a++)
-            w->sum[w->fan[i]][a] += angle[corner[i] % 3] * normal[a];
+            w->sum[w->fan[i]][a] += weight * normal[a];
     }
 }
 
@@ -320,12 +322,13 @@ static bool prepare(struct work *w, size_t npos)
     }
     for (size_t t = 0; t < mesh->ntri; t++) {
         const float *p[3];
-        double normal[3];
+        double side[3][3], normal[3];
         for (int k = 0; k < 3; k++)
             p[k] = mesh->position + 3 * (size_t)mesh->index[3 * t + k];
-        if (face_of(p, normal, NULL))
+        double area = sides_of(p, side, normal);
+        if (area != 0)
             for (int a = 0; a < 3; a++)
-                w->face[3 * t + a] = (float)normal[a];
+                w->face[3 * t + a] = (float)(normal[a] / area);
     }
     return true;
 }
