@@ -11,10 +11,10 @@
 extern "C" {
 #endif
 
-/* How thickness becomes light. */
+/* How thickness becomes light. E: irradiance perpendicular to the light, mu: normal . to_light, d: thickness. */
 enum dph_formula {
     DPH_FORMULA_G = 0,  /* E T(d) (b + f max(0, mu) + g max(0, -mu)), docs/theory.md           */
-    DPH_FORMULA_PAPER,  /* E (Rd / pi max(0, mu) + b' T(d)): the paper's own sum               */
+    DPH_FORMULA_PAPER,  /* E (f max(0, mu) + b T(d)): the paper's own sum                       */
 };
 
 /* The transmittance T(d) of thickness d. */
@@ -35,8 +35,8 @@ struct dph_material {
     enum dph_formula formula;
     enum dph_curve curve;
     double sigma[3];       /* of DPH_CURVE_EXP, 1/mm; derived: the effective transport coefficient */
-    double base[3];        /* b; derived: .25 Rd / pi (formula G), Rd / pi (paper)               */
-    double front[3];       /* f; derived: .6 Rd / pi (formula G)                                 */
+    double base[3];        /* b; derived: .25 Rd / pi (formula G), Rd / pi (paper)        */
+    double front[3];       /* f; derived: .6 Rd / pi (formula G), Rd / pi (paper)                 */
     double back[3];        /* g; derived: .7 / pi (formula G)                                    */
     double specular;       /* scale of the Blinn-Phong highlight, 0: off                         */
     double shininess;      /* its exponent; 40                                                   */
@@ -48,10 +48,20 @@ struct dph_material {
 /* The presets in a fixed order; NULL beyond the last. */
 const struct dph_material *dph_material_preset(size_t i);
 
-/* A preset by name (case does not matter), else a JSON file at that path: {"scattering": [r,g,b], "absorption": [r,g,b], "anisotropy": 0,
- * "ior": 1.3, ...}; other keys are the drawing parameters above, by their names ("formula": "g" | "paper",
- * "curve": "slab" | "exp"). False: DPH_ERROR_ARGUMENT where it is neither (the message lists the
- * presets), DPH_ERROR_INPUT for a bad file. */
+/* A preset by name (case does not matter), else a JSON file at that path. The file holds one object:
+ *
+ *   "scattering", "absorption"   [r, g, b], required; 1/mm, 0 to 1e6
+ *   "anisotropy"                 -1 < g < 1; 0
+ *   "ior"                        1 to 4; 1.3
+ *   "name"                       text; the file name
+ *   "formula"                    "g" or "paper"; "g"
+ *   "curve"                      "slab" or "exp"; "slab" with formula g, "exp" with paper
+ *   "sigma", "base", "front", "back"   [r, g, b], >= 0; derived from the medium
+ *   "specular", "shininess", "rim", "rim_power", "ambient"   >= 0; 0, 40, 0, 3, 0
+ *
+ * Any other key is an error, so that a misspelt one does not pass in silence. False: DPH_ERROR_ARGUMENT where it is neither a preset nor a
+ * file (the message lists the presets), DPH_ERROR_INPUT for a bad file (with the line, or the key and its value),
+ * DPH_ERROR_LIMIT, DPH_ERROR_MEMORY. */
 bool dph_material_load(const char *name_or_path, struct dph_material *material, struct dph_error *err);
 
 /* What follows from a medium, per channel. */
@@ -62,13 +72,18 @@ struct dph_medium {
 };
 void dph_material_medium(const struct dph_material *material, struct dph_medium *medium);
 
-/* The constants that a shader takes for a material: shaders/diaphan.glsl, struct DphMaterial. All lengths in mm. */
+/* The constants that a shader takes for a material, per channel: struct DphMaterial of shaders/diaphan.glsl has the same members. Lengths are
+ * in mm. Slab curve: T(d) = min(1, numerator * rate / sinh(rate * (d + offset))), in the limit of rate 0
+ * numerator / (d + offset). Exponential: exp(-rate * d). */
 struct dph_material_constants {
-    float formula_curve[2];   /* as enums                                                        */
-    float curve[3][4];        /* per channel: slab (transport, extrapolation zr, ze, T's numerator), exp (sigma, 0, 0, 0) */
+    int formula;              /* enum dph_formula                                                 */
+    int curve;                /* enum dph_curve                                                   */
+    float rate[3];            /* 1/mm                                                             */
+    float offset[3];          /* mm                                                               */
+    float numerator[3];       /* mm                                                               */
     float base[3], front[3], back[3];
-    float albedo[3];          /* index-matched diffuse reflectance                               */
-    float specular, shininess, f0;
+    float albedo[3];          /* index-matched diffuse reflectance                                */
+    float specular, shininess, f0; /* f0: reflectance at normal incidence, from the index         */
     float rim, rim_power, ambient;
 };
 void dph_material_constants(const struct dph_material *material, struct dph_material_constants *out);
