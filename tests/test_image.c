@@ -1,4 +1,5 @@
 /* Pictures: the sRGB curve's published values, round trips through PNG and EXR, and files that lie. */
+#define _XOPEN_SOURCE 700
 #include <diaphan/image.h>
 
 #include <math.h>

@@ -1,5 +1,6 @@
 /* Media: reflectance and transport against the published table, the slab curve against its closed form and
  * random walks, and material files, good and bad. */
+#define _XOPEN_SOURCE 700
 #include <diaphan/material.h>
 
 #include <math.h>
