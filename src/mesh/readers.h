@@ -14,8 +14,9 @@ bool dph_read_obj(struct dph_mesh *mesh, const struct dph_file *file, const char
 bool dph_read_ply(struct dph_mesh *mesh, const struct dph_file *file, const char *path, struct dph_scene *warn, struct dph_error *err);
 bool dph_read_stl(struct dph_mesh *mesh, const struct dph_file *file, const char *path, struct dph_scene *warn, struct dph_error *err);
 
-/* Fills the bodies, instances, document and mm_per_unit of an empty scene from .gltf or .glb. */
-bool dph_read_gltf(struct dph_scene *scene, const struct dph_file *file, const char *path, struct dph_error *err);
+/* Fills the bodies, instances, document and mm_per_unit of an empty scene from .gltf or .glb. The document may take over the file's
+ * memory; `file` is empty then. A `path` of "" follows no external files. */
+bool dph_read_gltf(struct dph_scene *scene, struct dph_file *file, const char *path, struct dph_error *err);
 
 /* Writers of bare meshes. */
 bool dph_write_obj(const struct dph_mesh *mesh, const char *path, struct dph_error *err);

@@ -1,0 +1,157 @@
+/* mesh/gltf.h - what the glTF files share: document, buffers, views, accessors.      Tier 1, private.
+ *
+ * glTF 2.0 (ISO/IEC 12113). A document owns the parsed JSON and every buffer. It is filled by dph_gltf_document_create and only read
+ * afterwards, except for the cache of decompressed views, which is emptied when the reader is done. Functions that take
+ * `place` put it into their messages after the file's path: "model.glb: meshes[3].primitives[0].attributes.POSITION: ...". */
+#ifndef DPH_MESH_GLTF_H
+#define DPH_MESH_GLTF_H
+
+#include "mesh/readers.h"
+
+#include <jansson.h>
+
+/* Where the bytes of a buffer were. */
+enum dph_gltf_source { DPH_GLTF_NOTHING = 0, DPH_GLTF_BIN, DPH_GLTF_DATA_URI, DPH_GLTF_EXTERNAL };
+
+struct dph_gltf_buffer {
+    enum dph_gltf_source source;
+    const unsigned char *data; /* Nullable: could not be had, `problem` says why                 */
+    size_t size;               /* byteLength                                                    */
+    unsigned char *owned;      /* Nullable: to be freed                                         */
+    char *problem;             /* Nullable                                                      */
+};
+
+/* One triangle primitive: rows first .. first + count - 1 of its body. */
+struct dph_gltf_part {
+    size_t body, mesh, primitive;
+    size_t first, count;
+};
+
+struct dph_document {
+    char *path;                 /* for messages; its folder holds the external files; "": there are none */
+    json_t *root;
+    struct dph_file file;       /* the GLB itself; empty for .gltf                                */
+    size_t chunks_at;           /* where chunks beyond JSON and BIN begin in `file`               */
+    size_t chunks_size;
+    size_t nbuffer;
+    struct dph_gltf_buffer *buffer;
+    size_t total;               /* bytes of all buffers                                           */
+    size_t nview;
+    unsigned char **decoded;    /* (nview) decompressed views, NULL where there is none yet       */
+    size_t npart;
+    struct dph_gltf_part *part; /* in the order of bodies and rows                                */
+};
+
+/* gltf_json.c */
+#define DPH_GLTF_REQUIRED ((size_t)-1)
+
+/* Fails with "path: place: ...". `place` may be empty. */
+bool dph_gltf_fail(const struct dph_document *doc, const char *place, enum dph_code code,
+                   struct dph_error *err, const char *format, ...)
+    __attribute__((format(printf, 5, 6)));
+/* Members of an object, checked. A missing one is `fallback`, or an error where that is DPH_GLTF_REQUIRED; values are at most
+ * `limit`. */
+bool dph_gltf_size(const struct dph_document *doc, const json_t *object, const char *key,
+                   const char *place, size_t fallback, size_t limit, size_t *value,
+                   struct dph_error *err);
+/* NULL where the member is missing. */
+bool dph_gltf_array(const struct dph_document *doc, const json_t *object, const char *key,
+                    const char *place, json_t **array, struct dph_error *err);
+bool dph_gltf_object(const struct dph_document *doc, const json_t *object, const char *key,
+                     const char *place, json_t **value, struct dph_error *err);
+/* `count` finite numbers; an absent member leaves `value` as it is and sets *found (Nullable) to false. */
+bool dph_gltf_numbers(const struct dph_document *doc, const json_t *object, const char *key,
+                      const char *place, size_t count, double *value, bool *found,
+                      struct dph_error *err);
+/* Element `i` of a root array, which must be an object; `place` names who refers to it. */
+bool dph_gltf_element(const struct dph_document *doc, const char *array, size_t i, const char *place,
+                      json_t **element, struct dph_error *err);
+/* The extension object under either name (the second Nullable), NULL where there is none. */
+json_t *dph_gltf_extension(const json_t *object, const char *name, const char *other);
+
+/* Writes compact JSON; member order is kept and numbers read back as they were. `sink` returns false to stop. */
+typedef bool dph_gltf_sink(void *user, const char *text, size_t size);
+bool dph_gltf_dump(json_t *json, dph_gltf_sink *sink, void *user);
+/* The number with the fewest digits that reads back as this float. */
+double dph_gltf_shortest(float value);
+
+/* gltf_document.c */
+/* Parses `file` (and empties it where its memory is kept), loads all buffers. */
+struct dph_document *dph_gltf_document_create(struct dph_file *file, const char *path,
+                                              struct dph_error *err);
+/* Decodes the payload of a data: URI. False: malformed (or no memory), without a message. */
+bool dph_gltf_data_uri(const char *uri, unsigned char **data, size_t *size);
+/* Loads the external file that a relative URI names. */
+bool dph_gltf_external(const struct dph_document *doc, const char *uri, struct dph_file *file,
+                       struct dph_error *err);
+
+struct dph_gltf_view {
+    const unsigned char *data;
+    size_t size;
+    size_t stride; /* 0: tightly packed */
+};
+bool dph_gltf_view(struct dph_document *doc, size_t i, const char *place,
+                   struct dph_gltf_view *view, struct dph_error *err);
+/* Frees decompressed views. */
+void dph_gltf_forget_views(struct dph_document *doc);
+
+/* gltf_meshopt.c: decompresses a view described by EXT_meshopt_compression into `size` fresh bytes. */
+bool dph_gltf_meshopt(const struct dph_document *doc, const json_t *extension, size_t size,
+                      const char *place, unsigned char **out, struct dph_error *err);
+
+/* gltf_accessor.c */
+enum dph_gltf_component {
+    DPH_GLTF_BYTE = 5120,
+    DPH_GLTF_UBYTE = 5121,
+    DPH_GLTF_SHORT = 5122,
+    DPH_GLTF_USHORT = 5123,
+    DPH_GLTF_UINT = 5125,
+    DPH_GLTF_FLOAT = 5126,
+};
+
+/* A checked accessor: all of its elements can be read. */
+struct dph_gltf_accessor {
+    size_t count;
+    int components;                    /* 1 to 4; matrices are refused                            */
+    enum dph_gltf_component type;
+    bool normalized;
+    const unsigned char *data;         /* Nullable: zeros                                         */
+    size_t stride;
+    size_t sparse;                     /* replaced elements                                       */
+    enum dph_gltf_component sparse_type;
+    const unsigned char *sparse_index; /* strictly increasing, each < count                       */
+    const unsigned char *sparse_value;
+};
+size_t dph_gltf_component_size(enum dph_gltf_component type);
+const char *dph_gltf_component_name(enum dph_gltf_component type);
+bool dph_gltf_accessor(struct dph_document *doc, size_t i, const char *place,
+                       struct dph_gltf_accessor *accessor, struct dph_error *err);
+/* The accessor that member `key` of `object` names; *found (Nullable) is false where there is none, without it the member is
+ * required. */
+bool dph_gltf_accessor_at(struct dph_document *doc, const json_t *object, const char *key,
+                          const char *place, bool *found, struct dph_gltf_accessor *accessor,
+                          struct dph_error *err);
+/* All elements as floats, after normalization, `components` a row. False: one is not finite. */
+bool dph_gltf_floats(const struct dph_document *doc, const struct dph_gltf_accessor *accessor,
+                     const char *place, float *out /* (count x components) */,
+                     struct dph_error *err);
+/* Scalars of an unsigned type. */
+void dph_gltf_uints(const struct dph_gltf_accessor *accessor, uint32_t *out /* (count) */);
+/* The stored bytes, element e going to out + e * stride. */
+void dph_gltf_raw(const struct dph_gltf_accessor *accessor, unsigned char *out, size_t stride);
+
+/* gltf_nodes.c: instances of the default scene. `body_of` (nmesh): body of a mesh, SIZE_MAX where it has none. */
+bool dph_gltf_read_nodes(struct dph_scene *scene, struct dph_document *doc, const size_t *body_of,
+                         size_t nmesh, struct dph_error *err);
+/* Morph weights of a mesh: of the first node in the file that uses it and has weights, else the mesh's own. NULL: none. */
+bool dph_gltf_weights(const struct dph_document *doc, size_t mesh, const json_t **weights,
+                      struct dph_error *err);
+
+/* gltf_thickness.c: the baked attributes of a body, parts first .. last - 1; leaves `thickness` NULL where there are none.
+ * *mm_per_unit is set where the file says it. */
+bool dph_gltf_read_thickness(struct dph_document *doc, struct dph_body *body, size_t first,
+                             size_t last, double *mm_per_unit, struct dph_error *err);
+/* Attribute names are matched without regard to case, because some tools change it. Returns the name as the file has it, NULL: absent. */
+const char *dph_gltf_thickness_name(const json_t *attributes, int i);
+
+#endif
