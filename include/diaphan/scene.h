@@ -43,10 +43,10 @@ struct dph_scene {
     struct dph_document *document; /* Nullable: not from glTF                                       */
 };
 
-/* Loads `path`, whatever its format (told by its content, then by its ending). Skinned meshes come in their bind pose without the
- * node's transform, morphed meshes with the weights that the file gives. A closed body of negative volume
- * is turned inside out, with a warning, unless instances mirror it. Limits: 2^31 vertices or triangles, files
- * of 4 GiB.
+/* Loads `path`, whatever its format (told by its content, then by its ending). Meshes come in their rest pose: skinned ones in their bind
+ * pose without the node's transform, morph targets not applied. A closed body of negative volume (in its own space) is turned
+ * inside out in memory, with a warning; saving leaves a document's triangles as they were. Draco-compressed geometry is refused.
+ * Limits: 2^31 vertices or triangles, files of 4 GiB.
  * NULL: DPH_ERROR_INPUT, _UNSUPPORTED (with the mend), _LIMIT or _MEMORY, the message beginning with file and place. */
 struct dph_scene *dph_scene_load(const char *path, struct dph_error *err);
 

@@ -143,15 +143,12 @@ void dph_gltf_raw(const struct dph_gltf_accessor *accessor, unsigned char *out, 
 /* gltf_nodes.c: instances of the default scene. `body_of` (nmesh): body of a mesh, SIZE_MAX where it has none. */
 bool dph_gltf_read_nodes(struct dph_scene *scene, struct dph_document *doc, const size_t *body_of,
                          size_t nmesh, struct dph_error *err);
-/* Morph weights of a mesh: of the first node in the file that uses it and has weights, else the mesh's own. NULL: none. */
-bool dph_gltf_weights(const struct dph_document *doc, size_t mesh, const json_t **weights,
-                      struct dph_error *err);
 
 /* gltf_thickness.c: the baked attributes of a body, parts first .. last - 1; leaves `thickness` NULL where there are none.
  * *mm_per_unit is set where the file says it. */
 bool dph_gltf_read_thickness(struct dph_document *doc, struct dph_body *body, size_t first,
                              size_t last, double *mm_per_unit, struct dph_error *err);
 /* Attribute names are matched without regard to case, because some tools change it. Returns the name as the file has it, NULL: absent. */
-const char *dph_gltf_thickness_name(const json_t *attributes, int i);
+const char *dph_gltf_thickness_name(json_t *attributes, int i);
 
 #endif

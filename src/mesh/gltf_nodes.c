@@ -344,31 +344,3 @@ done:
     free(w.named);
     return ok;
 }
-
-bool dph_gltf_weights(const struct dph_document *doc, size_t mesh, const json_t **weights,
-                      struct dph_error *err)
-{
-    json_t *nodes, *list, *element;
-    char place[48];
-    *weights = NULL;
-    if (!dph_gltf_array(doc, doc->root, "nodes", "", &nodes, err))
-        return false;
-    for (size_t i = 0; i < json_array_size(nodes); i++) {
-        const json_t *node = json_array_get(nodes, i);
-        const json_t *used = json_object_get(node, "mesh");
-        if (!json_is_number(used) || json_number_value(used) != (double)mesh ||
-            !json_object_get(node, "weights"))
-            continue;
-        snprintf(place, sizeof place, "nodes[%zu]", i);
-        if (!dph_gltf_array(doc, node, "weights", place, &list, err))
-            return false;
-        *weights = list;
-        return true;
-    }
-    snprintf(place, sizeof place, "meshes[%zu]", mesh);
-    if (!dph_gltf_element(doc, "meshes", mesh, place, &element, err) ||
-        !dph_gltf_array(doc, element, "weights", place, &list, err))
-        return false;
-    *weights = list;
-    return true;
-}

@@ -1,7 +1,10 @@
 /* glTF: meshes become bodies.
  *
  * A body's rows are the POSITION accessors of its triangle primitives one after the other, row for row, so that what is computed a row can
- * go back as a vertex attribute. Strips and fans are unrolled (glTF 2.0, section 3.7.2.1). Points and lines are left out. */
+ * go back as a vertex attribute. Strips and fans are unrolled (glTF 2.0, section 3.7.2.1). Points and lines are left out.
+ *
+ * Meshes come in their rest pose: a skin's bind pose, and morph targets not applied, whatever the default weights say. Targets belong
+ * to an animation, and a bake of the undeformed body is the one that all of its poses share. */
 #include "mesh/gltf.h"
 
 #include "core/fail.h"
@@ -98,13 +101,13 @@ static bool refuse_draco(const struct dph_document *doc, const char *place, stru
 /* ---- one primitive, checked ---- */
 
 /* Every attribute must have as many elements as POSITION, also those that are not read. */
-static bool check_counts(const struct dph_document *doc, const json_t *attributes, size_t count,
+static bool check_counts(const struct dph_document *doc, json_t *attributes, size_t count,
                          const char *place, struct dph_error *err)
 {
     const char *key;
     json_t *value;
-    json_object_foreach((json_t *)(uintptr_t)attributes, key, value) {
-        char at[160];
+    json_object_foreach(attributes, key, value) {
+        char at[200];
         size_t i, n;
         json_t *accessor;
         snprintf(at, sizeof at, "%s.%.40s", place, key);
@@ -255,74 +258,6 @@ done:
     return ok;
 }
 
-/* Adds the morph targets of one attribute, weighted, to `value` (count x 3). */
-static bool add_targets(struct reader *r, const struct primitive *p, const json_t *weights,
-                        const char *attribute, const char *place, float *value,
-                        struct dph_error *err)
-{
-    json_t *targets;
-    float *delta = NULL;
-    bool ok = false;
-    if (!dph_gltf_array(r->doc, p->object, "targets", place, &targets, err))
-        return false;
-    if (!targets || !weights)
-        return true;
-    if (json_array_size(weights) != json_array_size(targets))
-        return dph_gltf_fail(r->doc, place, DPH_ERROR_INPUT, err,
-                             "has %zu morph targets, there are %zu weights",
-                             json_array_size(targets), json_array_size(weights));
-    size_t count = p->position.count;
-    for (size_t t = 0; t < json_array_size(targets); t++) {
-        const json_t *number = json_array_get(weights, t);
-        double weight = json_number_value(number);
-        struct dph_gltf_accessor a;
-        bool found;
-        char at[120];
-        snprintf(at, sizeof at, "%s.targets[%zu]", place, t);
-        if (!json_is_number(number)) {
-            dph_gltf_fail(r->doc, at, DPH_ERROR_INPUT, err, "its weight is not a number");
-            goto done;
-        }
-        if (weight == 0)
-            continue;
-        if (!json_is_object(json_array_get(targets, t))) {
-            dph_gltf_fail(r->doc, at, DPH_ERROR_INPUT, err, "is not an object");
-            goto done;
-        }
-        if (!dph_gltf_accessor_at(r->doc, json_array_get(targets, t), attribute, at, &found, &a,
-                                  err))
-            goto done;
-        if (!found)
-            continue;
-        if (!check_vector(r->doc, &a, 3, at, err))
-            goto done;
-        if (a.count != count) {
-            dph_gltf_fail(r->doc, at, DPH_ERROR_INPUT, err,
-                          "%s has %zu elements, the primitive's POSITION has %zu", attribute,
-                          a.count, count);
-            goto done;
-        }
-        if (!delta && !(delta = dph_alloc(count, 3 * sizeof *delta))) {
-            dph_fail_memory(err);
-            goto done;
-        }
-        if (!dph_gltf_floats(r->doc, &a, at, delta, err))
-            goto done;
-        for (size_t i = 0; i < 3 * count; i++) {
-            value[i] = (float)(value[i] + weight * delta[i]);
-            if (!isfinite(value[i])) {
-                dph_gltf_fail(r->doc, at, DPH_ERROR_INPUT, err, "moves %s %zu out of all range",
-                              attribute, i / 3);
-                goto done;
-            }
-        }
-    }
-    ok = true;
-done:
-    free(delta);
-    return ok;
-}
-
 /* Unit length; a normal without length (no exporter means it) is replaced by the sum of the faces around it. */
 static bool finish_normals(struct dph_mesh *mesh, struct dph_error *err)
 {
@@ -380,18 +315,14 @@ static bool fill_body(struct reader *r, size_t mesh_number, struct dph_body *bod
                       struct dph_error *err)
 {
     size_t nvert = 0, corners = 0, nprimitive = r->nprimitive;
-    bool normal = true, texcoord = true, morphed = false;
+    bool normal = true, texcoord = true;
     for (size_t i = 0; i < nprimitive; i++) {
         nvert += r->primitive[i].position.count;
         corners += r->primitive[i].corners;
         normal = normal && r->primitive[i].normal;
         texcoord = texcoord && r->primitive[i].texcoord;
-        morphed = morphed || json_object_get(r->primitive[i].object, "targets");
     }
     struct dph_mesh *mesh = &body->mesh;
-    const json_t *weights = NULL;
-    if (morphed && !dph_gltf_weights(r->doc, mesh_number, &weights, err))
-        return false;
     if (!dph_mesh_init(mesh, nvert, corners / 3, normal, texcoord, err))
         return false;
     size_t row = 0, corner = 0;
@@ -400,12 +331,10 @@ static bool fill_body(struct reader *r, size_t mesh_number, struct dph_body *bod
         char place[80], at[120];
         snprintf(place, sizeof place, "meshes[%zu].primitives[%zu]", mesh_number, p->number);
         snprintf(at, sizeof at, "%s.attributes.POSITION", place);
-        if (!dph_gltf_floats(r->doc, &p->position, at, mesh->position + 3 * row, err) ||
-            !add_targets(r, p, weights, "POSITION", place, mesh->position + 3 * row, err))
+        if (!dph_gltf_floats(r->doc, &p->position, at, mesh->position + 3 * row, err))
             return false;
         snprintf(at, sizeof at, "%s.attributes", place);
-        if (normal && (!read_attribute(r, p, "NORMAL", 3, at, mesh->normal + 3 * row, err) ||
-                       !add_targets(r, p, weights, "NORMAL", place, mesh->normal + 3 * row, err)))
+        if (normal && !read_attribute(r, p, "NORMAL", 3, at, mesh->normal + 3 * row, err))
             return false;
         if (texcoord && !read_attribute(r, p, "TEXCOORD_0", 2, at, mesh->texcoord + 2 * row, err))
             return false;

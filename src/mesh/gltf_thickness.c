@@ -20,13 +20,13 @@ static bool same_text(const char *a, const char *b)
     return *a == *b;
 }
 
-const char *dph_gltf_thickness_name(const json_t *attributes, int i)
+const char *dph_gltf_thickness_name(json_t *attributes, int i)
 {
     char name[32];
     snprintf(name, sizeof name, "_THICKNESS_SH_%d", i);
     const char *key;
     json_t *value;
-    json_object_foreach((json_t *)(uintptr_t)attributes, key, value)
+    json_object_foreach(attributes, key, value)
         if (same_text(key, name))
             return key;
     return NULL;
@@ -130,7 +130,7 @@ static bool open_attribute(struct dph_document *doc, const struct dph_gltf_part 
                            const json_t *primitive, int i, struct dph_gltf_accessor *a,
                            char place[120], enum dph_store *store, struct dph_error *err)
 {
-    const json_t *attributes = json_object_get(primitive, "attributes");
+    json_t *attributes = json_object_get(primitive, "attributes");
     snprintf(place, 120, "meshes[%zu].primitives[%zu].attributes", part->mesh, part->primitive);
     const char *name = dph_gltf_thickness_name(attributes, i);
     if (!name)
