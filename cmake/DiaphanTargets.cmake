@@ -31,7 +31,8 @@ function(dph_add_kernel target)
     foreach(variant ${variants})
       set(object ${target}_${name}_${variant})
       add_library(${object} OBJECT ${file})
-      target_compile_definitions(${object} PRIVATE DPH_KERNEL_SUFFIX=_${variant})
+      target_compile_definitions(${object} PRIVATE DPH_KERNEL_SUFFIX=_${variant}
+                                 $<$<BOOL:${DPH_HAVE_AVX2}>:DPH_HAVE_AVX2>)
       target_compile_options(${object} PRIVATE -O3 $<$<STREQUAL:${variant},avx2>:-mavx2>)
       target_include_directories(${object} PRIVATE ${PROJECT_SOURCE_DIR}/include
                                  ${PROJECT_SOURCE_DIR}/src)

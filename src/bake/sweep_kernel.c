@@ -1,0 +1,478 @@
+/* The inner loops of the sweep (see sweep.c for the whole story). Compiled once with AVX2 and once without; equal to the bit.
+ *
+ * Crossings. Seen along the direction, a position p lies in a projected triangle or not, and the answers of all triangles must fit
+ * together: on a closed mesh every p has to be covered by as many triangles that face one way as the other, whatever is rounded.
+ * So coverage is put together from the edges, each of which gives both of its triangles the same number: the corners of a triangle are
+ * sorted by y into lo, mid, hi; p is in the triangle's range where lo.y <= p.y < hi.y; there it is compared with the long
+ * edge lo-hi and with one short edge, lo-mid or mid-hi; it is inside where it is strictly left of exactly one of the two. An edge is always evaluated
+ * upwards from its lower end, as cross(hi - lo, p - lo) > 0, so the sign does not depend on the triangle that asks, and the
+ * crossings of the edges around any closed surface cancel, even where roundings of neighbouring edges contradict each other. (This
+ * is the winding number by edge crossings, as for polygons, a half-open interval in y and a strict comparison in x.)
+ *
+ * Bounds. Rounding is monotone, hence p right of both ends of an edge is never found left of it, and p left of both ends is found
+ * left of it except where the two products are equal to the last bit; a margin of 1e-6 on the left covers that. */
+#include "bake/sweep_kernel.h"
+#include "core/simd.h"
+
+#include <math.h>
+
+enum { BLOCK = 128, ITEMS = 2048 };
+
+/* Triangles with their corners sorted by projected y, and what is needed to test eight positions against one of them. Lengths of the
+ * array: one entry a triangle of the block. */
+struct dph_sweep_block {
+    float x0[BLOCK], y0[BLOCK], z0[BLOCK]; /* lo                                                    */
+    float x1[BLOCK], y1[BLOCK];            /* mid                                                   */
+    float y2[BLOCK];                       /* hi                                                    */
+    float dx02[BLOCK], dy02[BLOCK], dx01[BLOCK], dy01[BLOCK], dx12[BLOCK], dy12[BLOCK]; /* edges, upwards */
+    float slope_x[BLOCK], slope_y[BLOCK];  /* of depth over x and y                                 */
+    float z_min[BLOCK], z_max[BLOCK];
+    int32_t slot0[BLOCK], slot1[BLOCK], slot2[BLOCK]; /* of lo, mid, hi                             */
+    int32_t odd[BLOCK];                    /* -1 where sorting by y turned the corners' order, else 0 */
+    int32_t steep[BLOCK];                  /* -1 where depth needs double precision, else 0         */
+    int32_t column0[BLOCK], column1[BLOCK], row0[BLOCK], row1[BLOCK]; /* cells that the box covers  */
+    /* Up to eight neighbouring slots to be tested against one triangle. */
+    struct item {
+        uint32_t slot;
+        uint16_t triangle;
+        uint16_t count;
+    } item[ITEMS + DPH_SWEEP_ROWS];
+    /* Items with a crossing: bit i for slot + i. */
+    struct hit {
+        uint32_t slot;
+        uint16_t triangle;
+        uint8_t covered, leaves; /* crossed; the crossing leaves matter along +d                   */
+    } hit[ITEMS + DPH_SWEEP_ROWS];
+};
+
+static const dph_i8 lanes = {0, 1, 2, 3, 4, 5, 6, 7};
+static const dph_i8 lane_bits = {1, 2, 4, 8, 16, 32, 64, 128};
+
+static inline unsigned bits_of(dph_i8 mask)
+{
+#ifdef __AVX2__
+    return (unsigned)__builtin_ia32_movmskps256((dph_f8)mask);
+#else
+    unsigned bits = 0;
+    for (int i = 0; i < 8; i++)
+        bits |= (unsigned)(mask[i] & 1) << i;
+    return bits;
+#endif
+}
+
+static inline dph_f8 min8(dph_f8 a, dph_f8 b)
+{
+    return dph_f8_select(a < b, a, b);
+}
+
+static inline dph_f8 max8(dph_f8 a, dph_f8 b)
+{
+    return dph_f8_select(a > b, a, b);
+}
+
+static inline dph_f8 abs8(dph_f8 a)
+{
+    return (dph_f8)((dph_i8)a & 0x7fffffff);
+}
+
+static inline dph_i8 load_i8(const int32_t *p)
+{
+    dph_i8 v;
+    memcpy(&v, p, sizeof v);
+    return v;
+}
+
+static inline void store_i8(int32_t *p, dph_i8 v)
+{
+    memcpy(p, &v, sizeof v);
+}
+
+/* Positions into the direction's frame, counting-sorted into the grid. */
+static void project(const struct dph_sweep *sweep, struct dph_sweep_scratch *scratch,
+                    const struct dph_sweep_frame *frame)
+{
+    const float *u = frame->u, *v = frame->v, *w = frame->w;
+    float *rx = scratch->sx, *ry = scratch->sy, *rz = scratch->sz; /* until they are sorted */
+    size_t npos = sweep->npos;
+    dph_f8 x_min = dph_f8_set(2), x_max = dph_f8_set(-2), y_min = x_min, y_max = x_max;
+    for (size_t i = 0; i < npos; i += 8) {
+        dph_f8 x = dph_f8_load(sweep->x + i), y = dph_f8_load(sweep->y + i);
+        dph_f8 z = dph_f8_load(sweep->z + i);
+        dph_f8 px = x * u[0] + y * u[1] + z * u[2];
+        dph_f8 py = x * v[0] + y * v[1] + z * v[2];
+        dph_f8 pz = x * w[0] + y * w[1] + z * w[2];
+        x_min = min8(x_min, px), x_max = max8(x_max, px);
+        y_min = min8(y_min, py), y_max = max8(y_max, py);
+        dph_f8_store(rx + i, px);
+        dph_f8_store(ry + i, py);
+        dph_f8_store(rz + i, pz);
+    }
+    float left = 2, right = -2, bottom = 2, top = -2;
+    for (int i = 0; i < 8; i++) {
+        left = fminf(left, x_min[i]), right = fmaxf(right, x_max[i]);
+        bottom = fminf(bottom, y_min[i]), top = fmaxf(top, y_max[i]);
+    }
+    /* Flat boxes must not get more cells than dph_sweep_scratch_create made room for. */
+    float width = right - left + 1e-5f, height = top - bottom + 1e-5f;
+    float side = sqrtf(width * height / ((float)npos * DPH_SWEEP_CELLS));
+    float least = fmaxf(width, height) / (float)npos;
+    side = side > least ? side : least;
+    struct dph_sweep_grid *grid = &scratch->grid;
+    grid->per_x = DPH_SWEEP_ASPECT / side;
+    grid->per_y = 1 / (side * DPH_SWEEP_ASPECT);
+    grid->left = left;
+    grid->bottom = bottom;
+    grid->columns = (int)(width * grid->per_x) + 1;
+    grid->rows = (int)(height * grid->per_y) + 1;
+
+    uint32_t *start = scratch->start, *cell = scratch->cell;
+    size_t cells = (size_t)grid->columns * (size_t)grid->rows;
+    memset(start, 0, (cells + 2) * sizeof *start);
+    for (size_t i = 0; i < npos; i += 8) {
+        dph_i8 column = __builtin_convertvector((dph_f8_load(rx + i) - left) * grid->per_x, dph_i8);
+        dph_i8 row = __builtin_convertvector((dph_f8_load(ry + i) - bottom) * grid->per_y, dph_i8);
+        store_i8((int32_t *)cell + i, row * grid->columns + column);
+    }
+    for (size_t i = 0; i < npos; i++)
+        start[cell[i] + 2]++;
+    uint32_t sum = 0;
+    for (size_t c = 0; c < cells; c++) {
+        sum += start[c + 2];
+        start[c + 2] = sum;
+    }
+    /* Corners of triangles read a position's slot beside its coordinates. */
+    for (size_t i = 0; i < npos; i++) {
+        uint32_t slot = start[cell[i] + 1]++;
+        float *row = scratch->rotated + 4 * i;
+        row[0] = rx[i], row[1] = ry[i], row[2] = rz[i];
+        memcpy(row + 3, &slot, 4);
+        scratch->position_of[slot] = (uint32_t)i;
+    }
+    for (size_t s = 0; s < npos; s++) {
+        const float *row = scratch->rotated + 4 * (size_t)scratch->position_of[s];
+        rx[s] = row[0], ry[s] = row[1], rz[s] = row[2];
+    }
+}
+
+/* The coordinates of one corner of eight triangles: four floats each, turned into four vectors. */
+static inline void gather(const float *rotated, const uint32_t *corner, dph_f8 out[4])
+{
+    typedef float f4 __attribute__((vector_size(16)));
+    dph_f8 pair[4];
+    for (int i = 0; i < 4; i++) {
+        f4 low, high;
+        memcpy(&low, rotated + 4 * (size_t)corner[i], sizeof low);
+        memcpy(&high, rotated + 4 * (size_t)corner[i + 4], sizeof high);
+        pair[i] = __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
+    }
+    dph_f8 xy01 = __builtin_shufflevector(pair[0], pair[1], 0, 8, 1, 9, 4, 12, 5, 13);
+    dph_f8 zs01 = __builtin_shufflevector(pair[0], pair[1], 2, 10, 3, 11, 6, 14, 7, 15);
+    dph_f8 xy23 = __builtin_shufflevector(pair[2], pair[3], 0, 8, 1, 9, 4, 12, 5, 13);
+    dph_f8 zs23 = __builtin_shufflevector(pair[2], pair[3], 2, 10, 3, 11, 6, 14, 7, 15);
+    out[0] = __builtin_shufflevector(xy01, xy23, 0, 1, 8, 9, 4, 5, 12, 13);
+    out[1] = __builtin_shufflevector(xy01, xy23, 2, 3, 10, 11, 6, 7, 14, 15);
+    out[2] = __builtin_shufflevector(zs01, zs23, 0, 1, 8, 9, 4, 5, 12, 13);
+    out[3] = __builtin_shufflevector(zs01, zs23, 2, 3, 10, 11, 6, 7, 14, 15);
+}
+
+/* Exchanges two corners where the second is lower, and notes it in `odd`. */
+static inline void order_by_y(dph_f8 a[4], dph_f8 b[4], dph_i8 *odd)
+{
+    dph_i8 swap = b[1] < a[1];
+    for (int k = 0; k < 4; k++) {
+        dph_f8 low = dph_f8_select(swap, b[k], a[k]);
+        b[k] = dph_f8_select(swap, a[k], b[k]);
+        a[k] = low;
+    }
+    *odd ^= swap;
+}
+
+/* Prepares eight triangles, entries i .. i + 7 of the block. */
+static inline void prepare(struct dph_sweep_block *block, int i, const float *rotated,
+                           const uint32_t *corner, const struct dph_sweep_grid *grid)
+{
+    uint32_t id[3][8];
+    for (int k = 0; k < 8; k++)
+        for (int c = 0; c < 3; c++)
+            id[c][k] = corner[3 * k + c];
+    dph_f8 a[4], b[4], c[4]; /* x, y, z, slot */
+    gather(rotated, id[0], a);
+    gather(rotated, id[1], b);
+    gather(rotated, id[2], c);
+    dph_i8 odd = dph_i8_set(0);
+    order_by_y(a, b, &odd);
+    order_by_y(b, c, &odd);
+    order_by_y(a, b, &odd);
+
+    dph_f8 dx01 = b[0] - a[0], dy01 = b[1] - a[1], dz01 = b[2] - a[2];
+    dph_f8 dx02 = c[0] - a[0], dy02 = c[1] - a[1], dz02 = c[2] - a[2];
+    dph_f8 area = dx01 * dy02 - dx02 * dy01; /* twice the projected one */
+    dph_f8 inverse = 1 / area;
+    dph_f8 x_min = min8(min8(a[0], b[0]), c[0]), x_max = max8(max8(a[0], b[0]), c[0]);
+    dph_f8 z_min = min8(min8(a[2], b[2]), c[2]), z_max = max8(max8(a[2], b[2]), c[2]);
+    /* The depth's rounding error is that of the coordinates, some 1e-7, times the z extent over the height of the projected triangle.
+     * Not-a-number (no area at all) counts as steep. */
+    dph_f8 extent = max8(x_max - x_min, dy02);
+    dph_i8 steep = ~((z_max - z_min) * extent <= DPH_SWEEP_STEEP * abs8(area));
+
+    dph_f8_store(block->x0 + i, a[0]);
+    dph_f8_store(block->y0 + i, a[1]);
+    dph_f8_store(block->z0 + i, a[2]);
+    dph_f8_store(block->x1 + i, b[0]);
+    dph_f8_store(block->y1 + i, b[1]);
+    dph_f8_store(block->y2 + i, c[1]);
+    dph_f8_store(block->dx01 + i, dx01);
+    dph_f8_store(block->dy01 + i, dy01);
+    dph_f8_store(block->dx02 + i, dx02);
+    dph_f8_store(block->dy02 + i, dy02);
+    dph_f8_store(block->dx12 + i, c[0] - b[0]);
+    dph_f8_store(block->dy12 + i, c[1] - b[1]);
+    dph_f8_store(block->slope_x + i, (dz01 * dy02 - dz02 * dy01) * inverse);
+    dph_f8_store(block->slope_y + i, (dx01 * dz02 - dx02 * dz01) * inverse);
+    dph_f8_store(block->z_min + i, z_min);
+    dph_f8_store(block->z_max + i, z_max);
+    store_i8(block->slot0 + i, (dph_i8)a[3]);
+    store_i8(block->slot1 + i, (dph_i8)b[3]);
+    store_i8(block->slot2 + i, (dph_i8)c[3]);
+    store_i8(block->odd + i, odd);
+    store_i8(block->steep + i, steep);
+
+    dph_f8 from = max8((x_min - 1e-6f - grid->left) * grid->per_x, dph_f8_set(0));
+    dph_f8 to = (x_max - grid->left) * grid->per_x;
+    store_i8(block->column0 + i, __builtin_convertvector(from, dph_i8));
+    store_i8(block->column1 + i, __builtin_convertvector(to, dph_i8));
+    store_i8(block->row0 + i, __builtin_convertvector((a[1] - grid->bottom) * grid->per_y, dph_i8));
+    store_i8(block->row1 + i, __builtin_convertvector((c[1] - grid->bottom) * grid->per_y, dph_i8));
+}
+
+/* Finds which items have a crossing. Returns their number.
+ * Of a triangle's own corners, which must not count, only mid can be covered, or lo where both are equally high (add_hits looks
+ * after that): hi is out of range, and lo is on both of its edges, hence left of none. */
+static int find_hits(struct dph_sweep_block *block, const struct dph_sweep_scratch *scratch, int items)
+{
+    int hits = 0;
+    for (int n = 0; n < items; n++) {
+        struct item item = block->item[n];
+        int t = item.triangle;
+        dph_f8 px = dph_f8_load(scratch->sx + item.slot), py = dph_f8_load(scratch->sy + item.slot);
+        dph_f8 x0 = px - block->x0[t], y0 = py - block->y0[t];
+        dph_f8 x1 = px - block->x1[t], y1 = py - block->y1[t];
+        dph_i8 left_long = block->dx02[t] * y0 - block->dy02[t] * x0 > 0;
+        dph_f8 lower = block->dx01[t] * y0 - block->dy01[t] * x0;
+        dph_f8 upper = block->dx12[t] * y1 - block->dy12[t] * x1;
+        dph_i8 left_short = dph_f8_select(py < block->y1[t], lower, upper) > 0;
+        dph_i8 in_range = (py >= block->y0[t]) & (py < block->y2[t]) & (lanes < (int)item.count) &
+                          (lanes != block->slot1[t] - (int)item.slot);
+        unsigned covered = bits_of((left_long ^ left_short) & in_range);
+        unsigned leaves = bits_of(left_short ^ dph_i8_set(block->odd[t]));
+        block->hit[hits] = (struct hit){item.slot, item.triangle, (uint8_t)covered, (uint8_t)leaves};
+        hits += covered != 0;
+    }
+    return hits;
+}
+
+/* Depth of a steep triangle's plane over a position, by the input's own coordinates in double precision. */
+static float steep_depth(const struct dph_sweep *sweep, const struct dph_sweep_scratch *scratch,
+                         const struct dph_sweep_frame *frame, const struct dph_sweep_block *block,
+                         int t, uint32_t slot)
+{
+    const uint32_t corners[4] = {(uint32_t)block->slot0[t], (uint32_t)block->slot1[t],
+                                 (uint32_t)block->slot2[t], slot};
+    double p[4][3];
+    for (int i = 0; i < 4; i++) {
+        const float *original = sweep->original +
+                                3 * (size_t)sweep->order[scratch->position_of[corners[i]]];
+        for (int k = 0; k < 3; k++)
+            p[i][k] = original[k];
+    }
+    double e1[3], e2[3], to[3];
+    for (int k = 0; k < 3; k++) {
+        e1[k] = p[1][k] - p[0][k];
+        e2[k] = p[2][k] - p[0][k];
+        to[k] = p[0][k] - p[3][k];
+    }
+    const double normal[3] = {e1[1] * e2[2] - e1[2] * e2[1], e1[2] * e2[0] - e1[0] * e2[2],
+                              e1[0] * e2[1] - e1[1] * e2[0]};
+    const double *d = frame->direction;
+    double along = normal[0] * d[0] + normal[1] * d[1] + normal[2] * d[2];
+    double depth = (normal[0] * to[0] + normal[1] * to[1] + normal[2] * to[2]) / along / sweep->unit;
+    /* Seen exactly from the side, or covered by a rounding only: the plane may be far from the triangle there. */
+    float pz = scratch->sz[slot], low = block->z_min[t] - pz, high = block->z_max[t] - pz;
+    float dz = (float)depth;
+    if (!(dz >= low))
+        dz = low;
+    return dz <= high ? dz : high;
+}
+
+/* Adds the crossings of `hits` to the slots' sums. */
+static void add_hits(const struct dph_sweep *sweep, struct dph_sweep_scratch *scratch,
+                     const struct dph_sweep_frame *frame, enum dph_definition definition, int hits)
+{
+    const struct dph_sweep_block *block = scratch->block;
+    for (int n = 0; n < hits; n++) {
+        struct hit hit = block->hit[n];
+        int t = hit.triangle;
+        size_t s = hit.slot;
+        dph_i8 covered = ((lane_bits & (int32_t)hit.covered) != 0) &
+                         (lanes != block->slot0[t] - (int)hit.slot);
+        dph_i8 leaves = (lane_bits & (int32_t)hit.leaves) != 0;
+        dph_f8 dz = (block->z0[t] - dph_f8_load(scratch->sz + s)) +
+                    block->slope_x[t] * (dph_f8_load(scratch->sx + s) - block->x0[t]) +
+                    block->slope_y[t] * (dph_f8_load(scratch->sy + s) - block->y0[t]);
+        if (block->steep[t])
+            for (int i = 0; i < 8; i++)
+                if (covered[i])
+                    dz[i] = steep_depth(sweep, scratch, frame, block, t, hit.slot + (uint32_t)i);
+        dph_i8 ahead = covered & (dz > 0), behind = covered & (dz < 0);
+        dph_i8 sign = leaves | 1; /* -1 or 1: the caller wants the other way round */
+        sign = -sign;
+        dph_i8 balance = load_i8(scratch->balance + s);
+        balance += (sign & ahead) - ((sign & behind) << 16);
+        store_i8(scratch->balance + s, balance);
+        dph_f8 plus = dph_f8_load(scratch->plus + s), minus = dph_f8_load(scratch->minus + s);
+        if (definition == DPH_THICKNESS_INSIDE) {
+            dph_f8 length = (dph_f8)((dph_i8)dz ^ (~leaves & INT32_MIN));
+            plus += dph_f8_and(length, ahead);
+            minus += dph_f8_and(length, behind);
+        } else if (definition == DPH_THICKNESS_FIRST) {
+            /* the nearest crossing's distance, its last bit telling an exit from an entry */
+            dph_i8 key = (dph_i8)dz & 0x7ffffffe;
+            dph_f8 key_ahead = (dph_f8)(key | (leaves & 1)), key_behind = (dph_f8)(key | (~leaves & 1));
+            plus = dph_f8_select(ahead & (key_ahead < plus), key_ahead, plus);
+            minus = dph_f8_select(behind & (key_behind < minus), key_behind, minus);
+        } else {
+            dph_f8 distance = abs8(dz);
+            plus = dph_f8_select(ahead & leaves & (distance > plus), distance, plus);
+            minus = dph_f8_select(behind & ~leaves & (distance > minus), distance, minus);
+        }
+        dph_f8_store(scratch->plus + s, plus);
+        dph_f8_store(scratch->minus + s, minus);
+    }
+}
+
+/* The columns that triangle t covers within one row of cells, for triangles much larger than a cell. The row is widened by
+ * more than the rounding of its bounds, and so is the result. False: none. */
+static bool clip_to_row(const struct dph_sweep_block *block, const struct dph_sweep_grid *grid,
+                        int t, int row, int *column0, int *column1)
+{
+    float low = grid->bottom + (float)row / grid->per_y - 2e-6f;
+    float high = grid->bottom + (float)(row + 1) / grid->per_y + 2e-6f;
+    const float edges[3][4] = {
+        {block->x0[t], block->y0[t], block->dx02[t], block->dy02[t]},
+        {block->x0[t], block->y0[t], block->dx01[t], block->dy01[t]},
+        {block->x1[t], block->y1[t], block->dx12[t], block->dy12[t]},
+    };
+    float left = 4, right = -4;
+    for (int e = 0; e < 3; e++) {
+        float x = edges[e][0], y = edges[e][1], dx = edges[e][2], dy = edges[e][3];
+        if (!(dy > 0) || y > high || y + dy < low) /* a level edge ends where the others do */
+            continue;
+        float enters = (low - y) / dy, ends = (high - y) / dy;
+        float a = x + dx * (enters > 0 ? enters : 0), b = x + dx * (ends < 1 ? ends : 1);
+        left = fminf(left, fminf(a, b));
+        right = fmaxf(right, fmaxf(a, b));
+    }
+    float from = (left - 2e-6f - grid->left) * grid->per_x;
+    float to = (right + 2e-6f - grid->left) * grid->per_x;
+    if (from > (float)*column0)
+        *column0 = (int)from;
+    if (to < (float)*column1)
+        *column1 = (int)to;
+    return *column0 <= *column1;
+}
+
+/* Lists the runs of slots that triangle t covers, a run a row of cells, eight slots an item. Tests the list when it is full. Returns
+ * its new length. */
+static int list_items(const struct dph_sweep *sweep, struct dph_sweep_scratch *scratch,
+                      const struct dph_sweep_frame *frame, enum dph_definition definition, int t,
+                      int items)
+{
+    struct dph_sweep_block *block = scratch->block;
+    const struct dph_sweep_grid *grid = &scratch->grid;
+    size_t columns = (size_t)grid->columns;
+    int row0 = block->row0[t], rows = block->row1[t] - row0 + 1;
+    const uint32_t *start = scratch->start + (size_t)row0 * columns;
+    if (rows <= DPH_SWEEP_ROWS) {
+        /* Nearly always: write all of them, count those that are wanted, no branch to be guessed wrong. */
+        const uint32_t *begin = start + block->column0[t], *end = start + block->column1[t] + 1;
+        struct item *item = block->item + items;
+        int count = 0;
+        uint32_t longest = 0;
+        for (int row = 0; row < DPH_SWEEP_ROWS; row++, begin += columns, end += columns) {
+            uint32_t slots = row < rows ? *end - *begin : 0;
+            item[count] = (struct item){*begin, (uint16_t)t, (uint16_t)slots};
+            count += slots != 0;
+            longest = slots > longest ? slots : longest;
+        }
+        if (longest <= 8)
+            return items + count;
+    }
+    for (int row = row0; row < row0 + rows; row++, start += columns) {
+        int column0 = block->column0[t], column1 = block->column1[t];
+        if (!clip_to_row(block, grid, t, row, &column0, &column1))
+            continue;
+        uint32_t end = start[column1 + 1];
+        for (uint32_t slot = start[column0]; slot < end; slot += 8) {
+            uint32_t slots = end - slot < 8 ? end - slot : 8;
+            block->item[items++] = (struct item){slot, (uint16_t)t, (uint16_t)slots};
+            if (items >= ITEMS) {
+                add_hits(sweep, scratch, frame, definition, find_hits(block, scratch, items));
+                items = 0;
+            }
+        }
+    }
+    return items;
+}
+
+/* All triangles against all positions: fills plus, minus and balance, which the caller has set to their starting values. */
+static void cross(const struct dph_sweep *sweep, struct dph_sweep_scratch *scratch,
+                  const struct dph_sweep_frame *frame, enum dph_definition definition)
+{
+    struct dph_sweep_block *block = scratch->block;
+    for (size_t first = 0; first < sweep->ntri; first += BLOCK) {
+        int count = sweep->ntri - first < BLOCK ? (int)(sweep->ntri - first) : BLOCK;
+        for (int i = 0; i < count; i += 8)
+            prepare(block, i, scratch->rotated, sweep->corner + 3 * (first + (size_t)i), &scratch->grid);
+        int items = 0;
+        for (int t = 0; t < count; t++)
+            items = list_items(sweep, scratch, frame, definition, t, items);
+        add_hits(sweep, scratch, frame, definition, find_hits(block, scratch, items));
+    }
+}
+
+/* Sums into lengths, in place, in the unit of the input; `balance` into flags: 1 bad along +d, 2 bad along -d. */
+static size_t finish(const struct dph_sweep *sweep, struct dph_sweep_scratch *scratch,
+                     enum dph_definition definition)
+{
+    float unit = (float)sweep->unit;
+    dph_i8 bad = dph_i8_set(0);
+    for (size_t s = 0; s < sweep->npos; s += 8) {
+        dph_f8 plus = dph_f8_load(scratch->plus + s), minus = dph_f8_load(scratch->minus + s);
+        if (definition == DPH_THICKNESS_FIRST) {
+            plus = dph_f8_and(plus, -((dph_i8)plus & 1));
+            minus = dph_f8_and(minus, -((dph_i8)minus & 1));
+        } else { /* a ray that leaves at once may round below 0 */
+            plus = max8(plus, dph_f8_set(0));
+            minus = max8(minus, dph_f8_set(0));
+        }
+        dph_f8_store(scratch->plus + s, plus * unit);
+        dph_f8_store(scratch->minus + s, minus * unit);
+        /* b = behind * 65536 + ahead, ahead from -32768 to 32767 */
+        dph_i8 both = load_i8(scratch->balance + s);
+        dph_i8 ahead = both << 16 >> 16, behind = (both - ahead) >> 16;
+        dph_i8 flags = (((ahead & ~1) != 0) & 1) | (((behind & ~1) != 0) & 2);
+        store_i8(scratch->balance + s, flags);
+        bad += (flags & 1) + (flags >> 1);
+    }
+    size_t count = 0;
+    for (int i = 0; i < 8; i++)
+        count += (size_t)bad[i];
+    return count;
+}
+
+const struct dph_sweep_kernel DPH_KERNEL(dph_sweep_kernel) = {
+    .block_size = sizeof(struct dph_sweep_block),
+    .project = project,
+    .cross = cross,
+    .finish = finish,
+};

@@ -1,0 +1,77 @@
+/* bake/sweep_kernel.h - what the two halves of the sweep share: sweep.c prepares, sweep_kernel.c does the inner loops.      Private. */
+#ifndef DPH_BAKE_SWEEP_KERNEL_H
+#define DPH_BAKE_SWEEP_KERNEL_H
+
+#include <diaphan/thickness.h>
+
+/* Positions and triangles in the sweep's order. Lengths are in units of the bounding sphere's radius. */
+struct dph_sweep {
+    size_t npos, padded;    /* padded: npos rounded up to a multiple of 8                             */
+    size_t ntri;
+    const float *original;  /* (npos x 3) the caller's                                                */
+    uint32_t *order;        /* (npos) sweep order -> the caller's                                     */
+    float *x, *y, *z;       /* (padded) centred and scaled                                            */
+    uint32_t *corner;       /* (ntri padded to 8, x 3); padding triangles are 0, 0, 0                 */
+    double unit;            /* lengths of the input per length here                                   */
+    const struct dph_sweep_kernel *kernel;
+};
+
+/* The grid: cells a position over the projected positions' box (a third of which is empty), and how much taller than wide the cells are,
+ * as a square root. Tall cells make fewer runs, narrow ones shorter runs. */
+#define DPH_SWEEP_CELLS 1.5f
+#define DPH_SWEEP_ASPECT 1.5f
+
+/* Rows of cells that nearly all triangles keep to; the grid's offsets are readable that many rows beyond its end. */
+#define DPH_SWEEP_ROWS 4
+
+/* A triangle whose z extent times projected size exceeds its projected area by this factor is "steep": single precision is not
+ * enough for its depth. */
+#define DPH_SWEEP_STEEP 40.0f
+
+/* Cells over the projected positions of one direction. */
+struct dph_sweep_grid {
+    float left, bottom, per_x, per_y;
+    int columns, rows;
+};
+
+/* One direction's projection of the positions, sorted into the grid's cells row by row: a "slot" is a place in that order. */
+struct dph_sweep_scratch {
+    struct dph_sweep_grid grid;
+    float *rotated;         /* (padded x 4) x, y, z in the direction's frame, and the slot as bits     */
+    uint32_t *cell;         /* (padded) each position's cell                                          */
+    uint32_t *start;        /* (rows * columns + 1, padded) first slot of each cell                   */
+    float *sx, *sy, *sz;    /* (npos + 8) by slot                                                     */
+    uint32_t *position_of;  /* (npos) slot -> sweep order                                             */
+    /* what the hits of a slot add up to, on the +d and on the -d side */
+    float *plus, *minus;    /* (npos + 8) lengths, or keys of the nearest crossing                    */
+    int32_t *balance;       /* (npos + 8) exits minus entries: +d in the low 16 bits, -d above         */
+    struct dph_sweep_block *block;
+};
+
+/* The frame of one direction: unit vectors, w along it. */
+struct dph_sweep_frame {
+    float u[3], v[3], w[3];
+    double direction[3];
+};
+
+/* The inner loops, once for every kind of processor. */
+struct dph_sweep_kernel {
+    size_t block_size; /* bytes of struct dph_sweep_block                                          */
+    /* Projects and sorts the positions: fills everything of the scratch but the sums. */
+    void (*project)(const struct dph_sweep *sweep, struct dph_sweep_scratch *scratch,
+                    const struct dph_sweep_frame *frame);
+    /* Adds the crossings of all triangles to plus, minus and balance. */
+    void (*cross)(const struct dph_sweep *sweep, struct dph_sweep_scratch *scratch,
+                  const struct dph_sweep_frame *frame, enum dph_definition definition);
+    /* Turns the sums into lengths in the unit of the input, and balance into flags: 1 bad along +d, 2 bad along -d. Returns the number
+     * of bad values. */
+    size_t (*finish)(const struct dph_sweep *sweep, struct dph_sweep_scratch *scratch,
+                     enum dph_definition definition);
+};
+
+extern const struct dph_sweep_kernel dph_sweep_kernel_portable;
+#ifdef DPH_HAVE_AVX2
+extern const struct dph_sweep_kernel dph_sweep_kernel_avx2;
+#endif
+
+#endif
