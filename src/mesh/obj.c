@@ -283,7 +283,7 @@ static void normalize(struct obj *o)
             o->missing[NORMAL] = true;
             return;
         }
-        for (int k = 0; k < 3; k++)
+        for (int k = 0; k < 3 && fabs(size - 1) >= 1e-6; k++) /* what is unit length stays as it is */
             n[k] = (float)(n[k] / size);
     }
 }

@@ -10,6 +10,7 @@
 #include <float.h>
 #include <math.h>
 #include <stdbool.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -123,6 +124,29 @@ const char *dph_scan_integer(const char *text, int64_t *value)
             size = size * 10 + (*c - '0');
     *value = negative ? -size : size;
     return c;
+}
+
+int dph_print_float(char text[24], float value)
+{
+    int n = 0;
+    for (int digits = 6; digits <= 9; digits++) {
+        n = snprintf(text, 24, "%.*g", digits, (double)value);
+        int kept = 0; /* whatever a locale puts between the digits becomes one '.' */
+        bool point = false;
+        for (int i = 0; i < n; i++) {
+            bool plain = is_digit(text[i]) || text[i] == '-' || text[i] == '+' || text[i] == 'e';
+            if (plain)
+                text[kept++] = text[i];
+            else if (!point)
+                text[kept++] = '.';
+            point |= !plain;
+        }
+        text[n = kept] = 0;
+        float back;
+        if (dph_scan_float(text, &back) && back == value)
+            break;
+    }
+    return n;
 }
 
 struct dph_word dph_scan_word(const char *text, const char *end)

@@ -11,6 +11,9 @@ const char *dph_scan_float(const char *text, float *value);
 /* The same for a whole number, with a sign or without; a huge one comes out as some number beyond +-2^58. */
 const char *dph_scan_integer(const char *text, int64_t *value);
 
+/* Writes the shortest of "%.6g" ... "%.9g" that dph_scan_float reads back as `value` (finite), with a '.' in every locale. Returns its length. */
+int dph_print_float(char text[24], float value);
+
 /* Copies the word at `text` for a message: up to a blank, at most 31 characters, "nothing" where there is none. */
 struct dph_word {
     char text[36];
