@@ -1,4 +1,5 @@
-/* Projection and the weighted fit against dense sums in double; equal bytes for any cutting and any processor. */
+/* Projection and the weighted fit against dense sums in double; equal bytes for any cutting and any
+ * processor. */
 #include "sh_oracle.h"
 
 #include "core/simd.h"
@@ -250,7 +251,8 @@ static void test_weighted_limit(void **state)
     free_samples(&s);
 }
 
-/* Lengths times u and extinction over u give coefficients times u, for units from a micron to a kilometre. */
+/* Lengths times u and extinction over u give coefficients times u, for units from a micron to a
+ * kilometre. */
 static void test_weighted_units(void **state)
 {
     (void)state;

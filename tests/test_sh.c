@@ -11,7 +11,8 @@
 
 #include <cmocka.h>
 
-/* Gauss-Legendre in z times equal azimuths is exact for products of the functions: the Gram matrix is the unit matrix. */
+/* Gauss-Legendre in z times equal azimuths is exact for products of the functions: the Gram matrix
+ * is the unit matrix. */
 static void test_orthonormal(void **state)
 {
     (void)state;
@@ -92,7 +93,8 @@ static void test_known_values(void **state)
         }
 }
 
-/* Polynomials of degree 0 to 3 written by hand, with the sign: the convention that other programs' files are read by. */
+/* Polynomials of degree 0 to 3 written by hand, with the sign: the convention that other programs'
+ * files are read by. */
 static void test_cartesian(void **state)
 {
     (void)state;
@@ -163,7 +165,8 @@ static void test_prefix(void **state)
     }
 }
 
-/* A polynomial of degree 5 and its rotated copy have equal energies by band and equal values at rotated directions. */
+/* A polynomial of degree 5 and its rotated copy have equal energies by band and equal values at
+ * rotated directions. */
 static void test_rotation(void **state)
 {
     (void)state;
@@ -230,7 +233,8 @@ static void test_directions(void **state)
     }
 }
 
-/* The closed form of a convex test: thickness of the unit sphere from the point with normal n is 2 max(0, -n.w). */
+/* The closed form of a convex test: thickness of the unit sphere from the point with normal n is 2
+ * max(0, -n.w). */
 static void project_sphere(int count, float (*d)[3], const double n[3], double c[36])
 {
     double y[36];
@@ -277,7 +281,8 @@ static void test_sphere_coefficients(void **state)
     assert_true(sqrt(sum / 200) < 2.2e-3); /* over all 36, of 2.89 */
 }
 
-/* A function with a jump, the indicator of a cap: relative error of 36 coefficients over many caps. */
+/* A function with a jump, the indicator of a cap: relative error of 36 coefficients over many caps.
+ * */
 static double cap_error(int count)
 {
     float(*d)[3] = malloc((size_t)count * sizeof *d);

@@ -58,7 +58,8 @@ static void test_round_trip(void **state)
     }
 }
 
-/* The scale is the largest magnitude of the band, which comes back exactly; components beyond n are 0. */
+/* The scale is the largest magnitude of the band, which comes back exactly; components beyond n are
+ * 0. */
 static void test_scale_and_padding(void **state)
 {
     (void)state;

@@ -15,7 +15,8 @@
 
 enum { TILE_PAIRS = 32, TILE_LANES = 16, GROUP = 6 };
 
-/* `columns` (a constant, 1 to GROUP) columns of one or two blocks of 8 positions. Sums of a column are 8 floats apart. */
+/* `columns` (a constant, 1 to GROUP) columns of one or two blocks of 8 positions. Sums of a column
+ * are 8 floats apart. */
 static inline __attribute__((always_inline)) void
 accumulate_group(const int columns, const bool two, int count, const float *value,
                  const float *table, int width, float *sums0, float *sums1)

@@ -40,7 +40,8 @@ static inline dph_f8 weigh(dph_f8 sample, dph_f8 rate, dph_i8 front)
     return w * dph_f8_select(front, dph_f8_set(FRONT), dph_f8_set(1));
 }
 
-/* What a tile of pairs adds, a row of 16 positions a pair: w(d) + w(-d), w(d) - w(-d), and the same of w t. */
+/* What a tile of pairs adds, a row of 16 positions a pair: w(d) + w(-d), w(d) - w(-d), and the same
+ * of w t. */
 struct tile {
     float even[TILE_PAIRS * TILE_LANES], odd[TILE_PAIRS * TILE_LANES];
     float even_target[TILE_PAIRS * TILE_LANES], odd_target[TILE_PAIRS * TILE_LANES];
@@ -195,8 +196,9 @@ void DPH_KERNEL(dph_fit_solve)(const struct dph_projector *projector, const floa
     const int n = projector->even + projector->odd;
     const size_t weights = (size_t)(projector->table_even + projector->table_odd);
     const size_t columns = weights + (size_t)n;
-    /* The first column of sums is that of y_00 = 1 / sqrt(4 pi), so mean(w) N / 4 pi is that sum over sqrt(4 pi). The factor
-     * 4 pi / N that would make the mean of y_i y_j the unit matrix is left out on both sides of the equation. */
+    /* The first column of sums is that of y_00 = 1 / sqrt(4 pi), so mean(w) N / 4 pi is that sum
+     * over sqrt(4 pi). The factor 4 pi / N that would make the mean of y_i y_j the unit matrix is
+     * left out on both sides of the equation. */
     const dph_f8 ridge_of_sum = dph_f8_set(RIDGE * 0.28209479177f);
     /* a position that got no sample at all */
     const dph_f8 smallest = dph_f8_set(1e-30f);

@@ -25,7 +25,8 @@
 
 enum { MERIDIANS = 32 }; /* more than 4 (8 - 1) */
 
-/* Node `i` of n on [-1, 1] and its weight, by Newton's method on the Legendre polynomial (Abramowitz and Stegun, 25.4.29). */
+/* Node `i` of n on [-1, 1] and its weight, by Newton's method on the Legendre polynomial
+ * (Abramowitz and Stegun, 25.4.29). */
 static double gauss_legendre(int n, int i, double *weight)
 {
     double z = cos(3.14159265358979323846 * (i + .75) / (n + .5)), slope = 1;
@@ -43,7 +44,8 @@ static double gauss_legendre(int n, int i, double *weight)
     return z;
 }
 
-/* Values of `bands` bands at all nodes, one function after the other: value[f * points + node]; weights likewise. */
+/* Values of `bands` bands at all nodes, one function after the other: value[f * points + node];
+ * weights likewise. */
 static void tabulate(int bands, int rings, double *value, double *weight)
 {
     int functions = bands * bands, points = rings * MERIDIANS, node = 0;

@@ -10,7 +10,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* The column of each function of `bands` bands among all, even degrees first. Returns how many are even. */
+/* The column of each function of `bands` bands among all, even degrees first. Returns how many are
+ * even. */
 static int sort_columns(int bands, int *column)
 {
     int even = 0, odd = 0;
@@ -22,7 +23,8 @@ static int sort_columns(int bands, int *column)
     return even;
 }
 
-/* The functions at the first direction of each pair, as the samples are taken: at the float direction, made a unit in double. */
+/* The functions at the first direction of each pair, as the samples are taken: at the float
+ * direction, made a unit in double. */
 static bool fill_tables(struct dph_projector *projector, int bands)
 {
     int functions = bands * bands, column[15 * 15];
@@ -46,11 +48,11 @@ static bool fill_tables(struct dph_projector *projector, int bands)
                 d[i] /= length;
             }
             dph_sh_eval(bands, d, y);
+            float *even_row = projector->even_table + k * (size_t)even;
+            float *odd_row = projector->odd_table + k * (size_t)odd;
             for (int i = 0; i < functions; i++) {
-                if (column[i] < even)
-                    projector->even_table[k * (size_t)even + (size_t)column[i]] = (float)y[i];
-                else
-                    projector->odd_table[k * (size_t)odd + (size_t)(column[i] - even)] = (float)y[i];
+                float *value = column[i] < even ? even_row + column[i] : odd_row + column[i] - even;
+                *value = (float)y[i];
             }
         }
     }

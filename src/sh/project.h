@@ -21,7 +21,8 @@ struct dph_projector *dph_projector_create(int bands, int directions, enum dph_f
                                            double extinction, bool portable, struct dph_error *err);
 void dph_projector_destroy(struct dph_projector *projector);
 
-/* Floats of running sums a position (the caller keeps (npos rounded up to 8) * this many, zeroed, 32-byte aligned). */
+/* Floats of running sums a position (the caller keeps (npos rounded up to 8) * this many, zeroed,
+ * 32-byte aligned). */
 size_t dph_projector_sums(const struct dph_projector *projector);
 
 /* Adds pairs first .. first + count - 1 of positions begin .. end - 1 (multiples of 8) to `sums`.
@@ -31,7 +32,8 @@ void dph_projector_add(const struct dph_projector *projector, int first, int cou
                        const float *plus, const float *minus, size_t stride, const float *normal,
                        size_t begin, size_t end, float *sums);
 
-/* Turns the sums of positions begin .. end - 1 (multiples of 8) into coefficients (npos padded x bands * bands). */
+/* Turns the sums of positions begin .. end - 1 (multiples of 8) into coefficients (npos padded x
+ * bands * bands). */
 void dph_projector_solve(const struct dph_projector *projector, const float *sums, size_t begin,
                          size_t end, float *coefficient);
 

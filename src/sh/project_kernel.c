@@ -27,6 +27,10 @@ void DPH_KERNEL(dph_project_add)(const struct dph_projector *projector, int firs
             size_t lanes = end - p < TILE_LANES ? 8 : TILE_LANES;
             for (int k = 0; k < pairs; k++) {
                 size_t column = (size_t)(done + k) * stride + p;
+                if (p + TILE_LANES < end) { /* too many columns for the processor to foresee */
+                    __builtin_prefetch(plus + column + TILE_LANES);
+                    __builtin_prefetch(minus + column + TILE_LANES);
+                }
                 for (size_t lane = 0; lane < lanes; lane += 8) {
                     dph_f8 a = dph_f8_load(plus + column + lane);
                     dph_f8 b = dph_f8_load(minus + column + lane);

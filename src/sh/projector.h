@@ -16,16 +16,16 @@ struct dph_projector {
     int pairs;
     enum dph_fit fit;
     bool avx2;
-    int even, odd;             /* columns of T y or w t y, by parity                                */
-    int table_even, table_odd; /* columns of the tables; more than those with the weighted fit      */
-    float *even_table;         /* (pairs x table_even) y at the first direction of the pair         */
-    float *odd_table;          /* (pairs x table_odd)                                               */
-    float *direction;          /* (pairs x 3) the first direction                                   */
-    int column[DPH_MAX_BANDS * DPH_MAX_BANDS]; /* of a coefficient, among even + odd                */
-    float scale;               /* 4 pi / directions                                                 */
-    float rate;                /* -2 s                                                              */
-    float limit;               /* 4 / s, where targets are cut                                      */
-    struct dph_gaunt gaunt;    /* weighted: indices are columns of the sums of w y                  */
+    int even, odd;             /* columns of T y or w t y, by parity */
+    int table_even, table_odd; /* columns of the tables; more than those with the weighted fit */
+    float *even_table;         /* (pairs x table_even) y at the first direction of the pair */
+    float *odd_table;          /* (pairs x table_odd) */
+    float *direction;          /* (pairs x 3) the first direction */
+    int column[DPH_MAX_BANDS * DPH_MAX_BANDS]; /* of a coefficient, among even + odd */
+    float scale;               /* 4 pi / directions */
+    float rate;                /* -2 s */
+    float limit;               /* 4 / s, where targets are cut */
+    struct dph_gaunt gaunt;    /* weighted: indices are columns of the sums of w y */
 };
 
 /* The two functions of project.h for one fit and one processor; see there. */

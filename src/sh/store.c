@@ -66,7 +66,8 @@ static unsigned char *mark_used(const uint32_t *row_of, size_t nvert, size_t npo
     return used;
 }
 
-/* Largest magnitude of each coefficient over the used rows, then of each band. NaN never wins a comparison. */
+/* Largest magnitude of each coefficient over the used rows, then of each band. NaN never wins a
+ * comparison. */
 static void find_scales(const float *coefficient, const unsigned char *used, size_t rows,
                         int bands, float *scale)
 {
@@ -89,7 +90,8 @@ static void find_scales(const float *coefficient, const unsigned char *used, siz
     }
 }
 
-/* Stored integer of a coefficient: to nearest, halves away from zero, never outside -steps .. steps (nor for NaN). */
+/* Stored integer of a coefficient: to nearest, halves away from zero, never outside -steps .. steps
+ * (nor for NaN). */
 static inline int quantize(float c, float scale, float steps)
 {
     float q = c / scale * steps;
