@@ -2,6 +2,7 @@
  * processor. */
 #include "sh_oracle.h"
 
+#include "core/memory.h"
 #include "core/simd.h"
 #include "sh/gaunt.h"
 #include "sh/project.h"
@@ -74,7 +75,7 @@ static void project(const struct samples *s, int bands, enum dph_fit fit, double
                                                            portable, NULL);
     assert_non_null(projector);
     size_t sums = dph_projector_sums(projector), bytes = POSITIONS * sums * sizeof(float);
-    float *sum = aligned_alloc(64, (bytes + 63) / 64 * 64);
+    float *sum = dph_alloc_aligned(bytes, 1);
     assert_non_null(sum);
     memset(sum, 0, bytes);
     for (int k = 0; k < s->directions / 2; k += step) {
@@ -288,9 +289,10 @@ static void test_zero(void **state)
     none.directions = 64;
     struct dph_projector *projector = dph_projector_create(6, 64, DPH_FIT_WEIGHTED, 1, false, NULL);
     assert_non_null(projector);
-    float *sum = aligned_alloc(64, POSITIONS * dph_projector_sums(projector) * sizeof(float));
+    size_t bytes = POSITIONS * dph_projector_sums(projector) * sizeof(float);
+    float *sum = dph_alloc_aligned(bytes, 1);
     assert_non_null(sum);
-    memset(sum, 0, POSITIONS * dph_projector_sums(projector) * sizeof(float));
+    memset(sum, 0, bytes);
     dph_projector_solve(projector, sum, 0, POSITIONS, c);
     for (size_t i = 0; i < POSITIONS * 36; i++)
         assert_true(c[i] == 0);
