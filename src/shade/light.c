@@ -97,6 +97,8 @@ void dph_light_constants(const struct dph_light *light, const struct dph_thickne
     if (bands > 0 && bands < used)
         used = bands;
     double value[DPH_DRAW_BANDS * DPH_DRAW_BANDS];
+    if (used < 1) /* no thickness: the directions alone */
+        return;
     dph_sh_eval(used, object, value);
     for (int l = 0; l < used; l++) {
         double weight = factor * (double)thickness->scale[l] * dph_sh_window(window, l, used);

@@ -1,0 +1,14 @@
+// shsss.frag - light that came through the body: the varying thickness of every light, summed up.
+#include "surface.glsl"
+
+uniform DphMaterial u_material;
+
+void main()
+{
+    vec3 normal = surface_normal(), to_eye = surface_to_eye();
+    vec3 radiance = dph_ambient(u_material);
+    for (int i = 0; i < DPH_LIGHTS; i++)
+        radiance += dph_radiance(u_material, v_thickness[i], normal, u_light[i].to_light, to_eye,
+                                 u_light[i].irradiance);
+    o_color = vec4(radiance, 1.0);
+}

@@ -1,0 +1,170 @@
+/* Passes: every method draws all instances with a program of its own, and this is the loop that they share.
+ *
+ * Everything is placed relative to the eye and in units of the scene's radius, computed in double, so that scenes of any size and anywhere
+ * keep the precision of floats. */
+#include "render/draw.h"
+
+#include "core/fail.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct dph_program *dph_draw_program(struct dph_renderer *renderer, const char *vert, const char *frag,
+                                     const char *feedback, int lights, int vectors,
+                                     struct dph_error *err)
+{
+    for (struct dph_variant *v = renderer->variants; v; v = v->next)
+        if (v->vert == vert && v->frag == frag && v->feedback == feedback && v->lights == lights &&
+            v->vectors == vectors)
+            return &v->program;
+    struct dph_variant *v = calloc(1, sizeof *v);
+    if (!v) {
+        dph_fail_memory(err);
+        return NULL;
+    }
+    *v = (struct dph_variant){.vert = vert, .frag = frag, .feedback = feedback, .lights = lights,
+                              .vectors = vectors, .next = renderer->variants};
+    char defines[128];
+    snprintf(defines, sizeof defines, "#define DPH_LIGHTS %d\n#define DPH_VECTORS %d\n", lights, vectors);
+    if (!dph_program_init(&v->program, vert, frag, defines, feedback, err)) {
+        free(v);
+        return NULL;
+    }
+    renderer->variants = v;
+    return &v->program;
+}
+
+void dph_draw_material(const struct dph_draw *draw, struct dph_program *program)
+{
+    const struct dph_material_constants *m = &draw->material;
+    dph_set_int(program, "u_material.formula", m->formula);
+    dph_set_int(program, "u_material.curve", m->curve);
+    dph_set_vec(program, "u_material.rate", 3, 1, m->rate);
+    dph_set_vec(program, "u_material.offset", 3, 1, m->offset);
+    dph_set_vec(program, "u_material.numerator", 3, 1, m->numerator);
+    dph_set_vec(program, "u_material.base", 3, 1, m->base);
+    dph_set_vec(program, "u_material.front", 3, 1, m->front);
+    dph_set_vec(program, "u_material.back", 3, 1, m->back);
+    dph_set_vec(program, "u_material.albedo", 3, 1, m->albedo);
+    dph_set_float(program, "u_material.specular", m->specular);
+    dph_set_float(program, "u_material.shininess", m->shininess);
+    dph_set_float(program, "u_material.f0", m->f0);
+    dph_set_float(program, "u_material.rim", m->rim);
+    dph_set_float(program, "u_material.rim_power", m->rim_power);
+    dph_set_float(program, "u_material.ambient", m->ambient);
+}
+
+/* Column-major product of the affine placement and the camera, and the matrix for normals. Returns the sign of the determinant. */
+static double place(const struct dph_draw *draw, const struct dph_instance *instance,
+                    const double origin[3], float place[16], float clip[16], float normal[9])
+{
+    const float *m = instance->matrix;
+    double radius = draw->renderer->radius, column[4][3], cofactor[3][3], largest = 0, determinant = 0;
+    for (int c = 0; c < 3; c++)
+        for (int r = 0; r < 3; r++)
+            column[c][r] = (double)m[4 * c + r] / radius;
+    for (int r = 0; r < 3; r++) {
+        column[3][r] = (double)m[12 + r] - draw->eye[r];
+        for (int c = 0; c < 3; c++)
+            column[3][r] += (double)m[4 * c + r] * origin[c];
+        column[3][r] /= radius;
+    }
+    for (int c = 0; c < 3; c++) {
+        const double *a = column[(c + 1) % 3], *b = column[(c + 2) % 3];
+        for (int r = 0; r < 3; r++) {
+            cofactor[c][r] = a[(r + 1) % 3] * b[(r + 2) % 3] - a[(r + 2) % 3] * b[(r + 1) % 3];
+            largest = fmax(largest, fabs(cofactor[c][r]));
+            determinant += c == 0 ? column[0][r] * cofactor[0][r] : 0;
+        }
+    }
+    double sign = determinant < 0 ? -1 : 1;
+    for (int c = 0; c < 3; c++)
+        for (int r = 0; r < 3; r++)
+            normal[3 * c + r] = largest > 0 ? (float)(sign * cofactor[c][r] / largest) : 0;
+    for (int c = 0; c < 4; c++)
+        for (int r = 0; r < 4; r++) {
+            place[4 * c + r] = r < 3 ? (float)column[c][r] : c == 3;
+            double sum = c == 3 ? (double)draw->clip[12 + r] : 0;
+            for (int k = 0; k < 3; k++)
+                sum += (double)draw->clip[4 * k + r] * column[c][k];
+            clip[4 * c + r] = (float)sum;
+        }
+    return sign;
+}
+
+static const struct dph_thickness *thickness_of(const struct dph_draw *draw, const struct dph_instance *instance)
+{
+    return draw->renderer->scene->body[instance->body].thickness;
+}
+
+void dph_draw_place(const struct dph_draw *draw, struct dph_program *program,
+                    const struct dph_instance *instance, int vectors)
+{
+    float placed[16], clip[16], normal[9];
+    double sign = place(draw, instance, draw->renderer->body[instance->body].origin, placed, clip, normal);
+    dph_set_mat(program, "u_place", 4, placed);
+    dph_set_mat(program, "u_clip", 4, clip);
+    dph_set_mat(program, "u_normal", 3, normal);
+    glFrontFace(sign < 0 ? GL_CW : GL_CCW);
+    static const struct dph_thickness none;
+    for (int i = 0; i < draw->frame->nlight; i++) {
+        struct dph_light_constants light;
+        char name[3][40];
+        snprintf(name[0], sizeof name[0], "u_light[%d].to_light", i);
+        snprintf(name[1], sizeof name[1], "u_light[%d].irradiance", i);
+        snprintf(name[2], sizeof name[2], "u_light[%d].sh", i);
+        dph_light_constants(&draw->frame->light[i], vectors ? thickness_of(draw, instance) : &none,
+                            instance->matrix, draw->mm_per_unit, draw->frame->bands,
+                            draw->frame->window, &light);
+        dph_set_vec(program, name[0], 3, 1, light.to_light);
+        dph_set_vec(program, name[1], 3, 1, light.irradiance);
+        if (vectors)
+            dph_set_vec(program, name[2], 4, vectors, light.sh[0]);
+    }
+}
+
+/* How many vec4 are worth fetching: those of the bands in use. */
+static int vectors_in_use(const struct dph_draw *draw, const struct dph_gpu_body *gpu)
+{
+    int bands = draw->frame->bands, wanted = bands > 0 && bands < DPH_DRAW_BANDS ? (bands * bands + 3) / 4
+                                                                                : DPH_MAX_VECTORS;
+    return wanted < gpu->vectors ? wanted : gpu->vectors;
+}
+
+bool dph_draw_pass(struct dph_draw *draw, const struct dph_pass *pass, struct dph_error *err)
+{
+    const struct dph_scene *scene = draw->renderer->scene;
+    struct dph_program *program = NULL, *used = NULL;
+    for (size_t i = 0; i < scene->ninstance; i++) {
+        const struct dph_instance *instance = &scene->instance[i];
+        const struct dph_gpu_body *gpu = &draw->renderer->body[instance->body];
+        if (!gpu->count)
+            continue;
+        if (pass->thickness && !gpu->vectors)
+            return dph_fail(err, DPH_ERROR_ARGUMENT, "pass %s: body %zu ('%.60s') is not baked", pass->name,
+                            instance->body, scene->body[instance->body].name);
+        int vectors = pass->thickness ? vectors_in_use(draw, gpu) : 0;
+        program = dph_draw_program(draw->renderer, pass->vert, pass->frag, NULL, draw->frame->nlight,
+                                   vectors, err);
+        if (!program)
+            return false;
+        if (program != used) {
+            if (used && !dph_program_check(used, pass->name, err))
+                return false;
+            glUseProgram(program->id);
+            if (pass->uniforms)
+                pass->uniforms(draw, program);
+            used = program;
+        }
+        dph_draw_place(draw, program, instance, vectors);
+        glBindVertexArray(gpu->array);
+        if (gpu->indexed)
+            glDrawElements(GL_TRIANGLES, gpu->count, GL_UNSIGNED_INT, NULL);
+        else
+            glDrawArrays(GL_TRIANGLES, 0, gpu->count);
+    }
+    glBindVertexArray(0);
+    return used ? dph_program_check(used, pass->name, err) : dph_gl_check(pass->name, err);
+}

@@ -1,0 +1,224 @@
+/* A scene on the GPU, and frames of it: camera, target, method, read back.
+ *
+ * The camera looks at the centre of the scene's bounding box from `distance` radii of its bounding sphere; the sphere also gives the near and the far
+ * plane. The background is composited after the samples are averaged: color + (1 - coverage) * background. */
+#include <diaphan/render.h>
+
+#include "core/fail.h"
+#include "core/memory.h"
+#include "render/draw.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define DEGREE (3.14159265358979323846 / 180)
+
+struct dph_frame dph_frame_defaults(void)
+{
+    struct dph_frame frame = {
+        .method = &dph_method_shsss,
+        .material = *dph_material_preset(0),
+        .camera = {.azimuth = 0, .elevation = 15, .distance = 3.5, .fov = 35},
+        .nlight = 1,
+        .width = 1280,
+        .height = 800,
+        .window = DPH_WINDOW_NONE,
+        .samples = 4,
+    };
+    dph_light_direction(150, 30, frame.light[0].to_light);
+    for (int c = 0; c < 3; c++)
+        frame.light[0].irradiance[c] = 3.14159265358979323846;
+    return frame;
+}
+
+struct dph_renderer *dph_renderer_create(const struct dph_scene *scene, struct dph_error *err)
+{
+    if (epoxy_gl_version() < 33 || !epoxy_is_desktop_gl()) {
+        dph_fail(err, DPH_ERROR_CAPABILITY, "drawing needs a context of GL 3.3");
+        return NULL;
+    }
+    struct dph_renderer *renderer = calloc(1, sizeof *renderer);
+    if (!renderer || !(renderer->body = dph_alloc_zero(scene->nbody, sizeof *renderer->body))) {
+        dph_fail_memory(err);
+        free(renderer);
+        return NULL;
+    }
+    renderer->scene = scene;
+    double sum = 0;
+    for (int k = 0; k < 3; k++) {
+        double side = scene->bounds[1][k] - scene->bounds[0][k];
+        renderer->centre[k] = scene->bounds[0][k] + side / 2;
+        sum += side * side;
+    }
+    renderer->radius = sqrt(sum) / 2;
+    if (!(renderer->radius > 0) || !isfinite(renderer->radius)) { /* a scene of nothing, or of a point */
+        renderer->radius = 1;
+        for (int k = 0; k < 3; k++)
+            if (!isfinite(renderer->centre[k]))
+                renderer->centre[k] = 0;
+    }
+    for (size_t i = 0; i < scene->nbody; i++)
+        if (!dph_gpu_body_init(&renderer->body[i], &scene->body[i], err)) {
+            dph_renderer_destroy(renderer);
+            return NULL;
+        }
+    return renderer;
+}
+
+void dph_renderer_destroy(struct dph_renderer *renderer)
+{
+    if (!renderer)
+        return;
+    for (size_t i = 0; i < renderer->scene->nbody; i++)
+        dph_gpu_body_finish(&renderer->body[i]);
+    dph_target_finish(&renderer->target);
+    while (renderer->variants) {
+        struct dph_variant *next = renderer->variants->next;
+        dph_program_finish(&renderer->variants->program);
+        free(renderer->variants);
+        renderer->variants = next;
+    }
+    free(renderer->body);
+    free(renderer);
+}
+
+/* Positions relative to the eye, in radii, to clip space; column-major. */
+static void make_camera(struct dph_draw *draw)
+{
+    const struct dph_camera *camera = &draw->frame->camera;
+    double a = camera->azimuth * DEGREE, e = camera->elevation * DEGREE, back[3];
+    dph_light_direction(camera->azimuth, camera->elevation, back);
+    /* the derivatives of the direction by its angles: orthogonal to it at the poles, too */
+    const double right[3] = {cos(a), 0, -sin(a)}, up[3] = {-sin(e) * sin(a), cos(e), -sin(e) * cos(a)};
+    double radius = draw->renderer->radius;
+    for (int k = 0; k < 3; k++)
+        draw->eye[k] = draw->renderer->centre[k] + camera->distance * radius * back[k];
+    double near = fmax(camera->distance - 1.01, 1e-3), far = camera->distance + 1.01;
+    double scale = 1 / tan(camera->fov * DEGREE / 2);
+    double aspect = (double)draw->frame->width / draw->frame->height;
+    for (int k = 0; k < 3; k++) {
+        draw->clip[4 * k] = (float)(scale / aspect * right[k]);
+        draw->clip[4 * k + 1] = (float)(scale * up[k]);
+        draw->clip[4 * k + 2] = (float)(-(far + near) / (far - near) * back[k]);
+        draw->clip[4 * k + 3] = (float)-back[k];
+    }
+    draw->clip[14] = (float)(-2 * far * near / (far - near));
+}
+
+/* Checks a frame and fills what methods need of it. */
+static bool begin(struct dph_draw *draw, struct dph_renderer *renderer, const struct dph_frame *frame,
+                  struct dph_error *err)
+{
+    const struct dph_camera *camera = &frame->camera;
+    if (!frame->method)
+        return dph_fail(err, DPH_ERROR_ARGUMENT, "a frame needs a method");
+    if (frame->nlight < 1 || frame->nlight > DPH_MAX_LIGHTS)
+        return dph_fail(err, DPH_ERROR_ARGUMENT, "%d lights: 1 to %d are drawn", frame->nlight, DPH_MAX_LIGHTS);
+    if (!(camera->distance > 0 && camera->distance <= 1e6) || !isfinite(camera->azimuth) || !isfinite(camera->elevation))
+        return dph_fail(err, DPH_ERROR_ARGUMENT, "camera at azimuth %g, elevation %g, distance %g",
+                        camera->azimuth, camera->elevation, camera->distance);
+    if (!(camera->fov >= 0.01 && camera->fov <= 175))
+        return dph_fail(err, DPH_ERROR_ARGUMENT, "field of view %g: 0.01 to 175 degrees", camera->fov);
+    if (frame->width < 1 || frame->height < 1 || frame->samples < 1 || frame->samples > 16)
+        return dph_fail(err, DPH_ERROR_ARGUMENT, "%d x %d pixels with %d samples", frame->width,
+                        frame->height, frame->samples);
+    *draw = (struct dph_draw){.renderer = renderer, .frame = frame};
+    dph_material_constants(&frame->material, &draw->material);
+    draw->mm_per_unit = frame->mm_per_unit > 0 ? frame->mm_per_unit : renderer->scene->mm_per_unit;
+    if (!(draw->mm_per_unit > 0)) {
+        double largest = dph_scene_size(renderer->scene);
+        draw->mm_per_unit = largest > 0 ? 25 / largest : 1;
+    }
+    make_camera(draw);
+    return true;
+}
+
+static void composite(struct dph_image *image, const double background[3])
+{
+    size_t count = (size_t)image->width * (size_t)image->height;
+    for (size_t i = 0; i < count; i++) {
+        float *pixel = image->pixel + 4 * i;
+        for (int c = 0; c < 3; c++)
+            pixel[c] += (1 - pixel[3]) * (float)background[c];
+    }
+}
+
+bool dph_renderer_draw(struct dph_renderer *renderer, const struct dph_frame *frame,
+                       struct dph_image *image, struct dph_error *err)
+{
+    struct dph_draw draw;
+    if (!begin(&draw, renderer, frame, err))
+        return false;
+    if (!image->pixel || image->width != frame->width || image->height != frame->height)
+        return dph_fail(err, DPH_ERROR_ARGUMENT, "a frame of %d x %d for an image of %d x %d", frame->width,
+                        frame->height, image->width, image->height);
+    dph_gl_drain();
+    if (!dph_target_fit(&renderer->target, frame->width, frame->height, frame->samples, err))
+        return false;
+    glBindFramebuffer(GL_FRAMEBUFFER, renderer->target.frame);
+    glViewport(0, 0, frame->width, frame->height);
+    glClearColor(0, 0, 0, 0);
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    glEnable(GL_DEPTH_TEST);
+    glDepthFunc(GL_LESS);
+    glDisable(GL_BLEND);
+    glDisable(GL_CULL_FACE); /* open sheets have two sides */
+    bool ok = frame->method->draw->draw(&draw, err);
+    glFrontFace(GL_CCW);
+    glUseProgram(0);
+    glBindFramebuffer(GL_FRAMEBUFFER, 0);
+    if (!ok || !dph_target_read(&renderer->target, image->pixel, err))
+        return false;
+    composite(image, frame->background);
+    return true;
+}
+
+bool dph_renderer_thickness(struct dph_renderer *renderer, const struct dph_frame *frame,
+                            size_t instance, float *thickness, struct dph_error *err)
+{
+    struct dph_draw draw;
+    if (!begin(&draw, renderer, frame, err))
+        return false;
+    const struct dph_scene *scene = renderer->scene;
+    if (instance >= scene->ninstance)
+        return dph_fail(err, DPH_ERROR_ARGUMENT, "instance %zu of %zu", instance, scene->ninstance);
+    const struct dph_instance *placed = &scene->instance[instance];
+    const struct dph_gpu_body *gpu = &renderer->body[placed->body];
+    const struct dph_mesh *mesh = &scene->body[placed->body].mesh;
+    memset(thickness, 0, mesh->nvert * sizeof *thickness);
+    if (!gpu->count)
+        return true;
+    if (!gpu->vectors)
+        return dph_fail(err, DPH_ERROR_ARGUMENT, "body %zu is not baked", placed->body);
+    dph_gl_drain();
+    struct dph_frame one = *frame;
+    one.nlight = 1;
+    draw.frame = &one;
+    struct dph_program *program = dph_draw_program(renderer, "body.vert", NULL, "v_thickness", 1, gpu->vectors, err);
+    float *row = program ? dph_alloc(gpu->nvert, sizeof *row) : NULL;
+    if (!row)
+        return program && dph_fail_memory(err);
+    GLsizeiptr bytes = (GLsizeiptr)(gpu->nvert * sizeof *row);
+    GLuint buffer;
+    glGenBuffers(1, &buffer);
+    glBindBufferBase(GL_TRANSFORM_FEEDBACK_BUFFER, 0, buffer);
+    glBufferData(GL_TRANSFORM_FEEDBACK_BUFFER, bytes, NULL, GL_STREAM_READ);
+    glUseProgram(program->id);
+    dph_draw_place(&draw, program, placed, gpu->vectors);
+    glBindVertexArray(gpu->array);
+    glEnable(GL_RASTERIZER_DISCARD);
+    glBeginTransformFeedback(GL_POINTS);
+    glDrawArrays(GL_POINTS, 0, (GLsizei)gpu->nvert);
+    glEndTransformFeedback();
+    glDisable(GL_RASTERIZER_DISCARD);
+    glBindVertexArray(0);
+    glUseProgram(0);
+    glGetBufferSubData(GL_TRANSFORM_FEEDBACK_BUFFER, 0, bytes, row);
+    glBindBufferBase(GL_TRANSFORM_FEEDBACK_BUFFER, 0, 0);
+    glDeleteBuffers(1, &buffer);
+    for (size_t r = 0; r < gpu->nvert; r++)
+        thickness[gpu->expanded ? mesh->index[r] : r] = row[r];
+    free(row);
+    return dph_program_check(program, "thickness read back", err);
+}
