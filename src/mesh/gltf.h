@@ -151,4 +151,69 @@ bool dph_gltf_read_thickness(struct dph_document *doc, struct dph_body *body, si
 /* Attribute names are matched without regard to case, because some tools change it. Returns the name as the file has it, NULL: absent. */
 const char *dph_gltf_thickness_name(json_t *attributes, int i);
 
+/* gltf_output.c: a GLB being made. The binary chunk is a list of pieces that are written as they are asked for, so that nothing is
+ * copied. */
+struct dph_gltf_piece {
+    enum { DPH_GLTF_BYTES = 0, DPH_GLTF_ROWS, DPH_GLTF_SHORTS } kind;
+    const void *data;                     /* bytes, or the uint32_t of DPH_GLTF_SHORTS            */
+    void *owned;                          /* Nullable: freed with the piece                       */
+    const struct dph_thickness *thickness;
+    size_t first, count;                  /* rows of `thickness`, or numbers                      */
+    size_t offset, size;
+};
+
+struct dph_gltf_output {
+    json_t *root;
+    size_t size;             /* of the binary chunk so far                                        */
+    size_t npiece, capacity;
+    struct dph_gltf_piece *piece;
+    bool memory;             /* an allocation failed; looked at once, at the end                  */
+};
+
+/* Appends at a multiple of `align`; returns where. */
+size_t dph_gltf_put_bytes(struct dph_gltf_output *out, const void *data, size_t size, size_t align,
+                          void *owned);
+/* uint32_t as unsigned 16-bit numbers. */
+size_t dph_gltf_put_shorts(struct dph_gltf_output *out, const uint32_t *data, size_t count);
+/* Rows first .. first + count - 1 of stored thickness, as components / 4 planes of four. */
+size_t dph_gltf_put_rows(struct dph_gltf_output *out, const struct dph_thickness *thickness,
+                         size_t first, size_t count);
+/* Setting members; a failure (also a NULL value) is remembered in out->memory. */
+void dph_gltf_set(struct dph_gltf_output *out, json_t *object, const char *key, json_t *value);
+void dph_gltf_append(struct dph_gltf_output *out, json_t *array, json_t *value);
+/* Replaces a member (an element) by a shallow copy of it that may be changed, made where it is missing. */
+json_t *dph_gltf_own_array(struct dph_gltf_output *out, json_t *object, const char *key);
+json_t *dph_gltf_own_object(struct dph_gltf_output *out, json_t *object, const char *key);
+json_t *dph_gltf_own_element(struct dph_gltf_output *out, json_t *array, size_t i);
+/* Writes the file; `chunks` are appended as they are. */
+bool dph_gltf_emit(const struct dph_gltf_output *out, const char *path, const void *chunks,
+                   size_t chunks_size, struct dph_error *err);
+void dph_gltf_output_finish(struct dph_gltf_output *out);
+
+/* gltf_embed.c: brings the buffers and images of a document into the binary chunk, first of all pieces. `keep`: bytes of the
+ * first buffer that are kept. Afterwards buffer 0 is the binary chunk; dph_gltf_close_buffer gives it its size. */
+bool dph_gltf_embed(struct dph_gltf_output *out, const struct dph_document *doc, size_t keep,
+                    struct dph_error *err);
+void dph_gltf_close_buffer(struct dph_gltf_output *out);
+
+/* gltf_reuse.c: accessors and views that an earlier bake left and the next one replaces. */
+struct dph_gltf_slots {
+    size_t naccessor, nview;  /* left to take                                                     */
+    size_t *accessor, *view;  /* ascending                                                        */
+    size_t keep;              /* bytes of the first buffer without the old thickness              */
+};
+/* Finds those of the bodies that have thickness now. */
+bool dph_gltf_find_slots(const struct dph_scene *scene, struct dph_gltf_slots *slots,
+                         struct dph_error *err);
+void dph_gltf_slots_finish(struct dph_gltf_slots *slots);
+/* Puts `value` into a free slot or at the end of the array of that name; returns its index. */
+size_t dph_gltf_place(struct dph_gltf_output *out, const char *array, size_t *slot, size_t *nslot,
+                      json_t *value);
+/* Gets rid of slots that were not taken: at the end of the array they go, elsewhere a copy of the last
+ * element takes their place. */
+void dph_gltf_fill_slots(struct dph_gltf_output *out, const char *array, const size_t *slot,
+                         size_t nslot);
+/* "_THICKNESS_SH_" and a digit, in any case. */
+bool dph_gltf_is_thickness_name(const char *name);
+
 #endif
