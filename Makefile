@@ -26,7 +26,7 @@ test: setup
 
 # minutes of fuzzing on top
 test-long: test
-	@JOBS=$(JOBS) scripts/fuzz.sh
+	@tests/fuzz/run
 
 bench: build
 	@$(DIAPHAN) bench bake

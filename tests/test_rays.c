@@ -134,6 +134,19 @@ static void sphere_chords(void **state)
             assert_float_equal(thickness[v], chord > 0 ? chord : 0.0, 0.02);
         }
     }
+
+    /* all at once, on two threads: the same numbers */
+    enum { COUNT = 3 };
+    float w[COUNT][3], *all = malloc(COUNT * sizeof thickness);
+    assert_non_null(all);
+    for (int i = 0; i < COUNT; i++)
+        spread(i, COUNT, w[i]);
+    dph_rays_thickness_all(rays, DPH_THICKNESS_FIRST, &w[0][0], COUNT, 2, all);
+    for (int i = 0; i < COUNT; i++) {
+        dph_rays_thickness(rays, DPH_THICKNESS_FIRST, origin, SPHERE_POSITIONS, w[i], thickness, NULL);
+        assert_memory_equal(all + i * (size_t)SPHERE_POSITIONS, thickness, sizeof thickness);
+    }
+    free(all);
     dph_rays_destroy(rays);
 }
 

@@ -8,10 +8,14 @@ complain() { echo "$1"; bad=1; }
 
 declare -A tier=([core]=0 [mesh]=1 [sh]=1 [image]=1 [bake]=2 [shade]=2 [trace]=2 [render]=3)
 
-tier_of_header() { # the file of an #include line
-    local file
-    if [[ $1 == diaphan/* ]]; then file=include/$1; else file=src/$1; fi
-    grep -m1 -o 'Tier [0-9]' "$file" | cut -d' ' -f2
+tier_of_header() { # what an #include line names; a private header that says nothing is of its folder's tier
+    local said
+    if [[ $1 == diaphan/* ]]; then
+        grep -m1 -o 'Tier [0-9]' "include/$1" | cut -d' ' -f2
+    else
+        said=$(grep -m1 -o 'Tier [0-9]' "src/$1" | cut -d' ' -f2)
+        echo "${said:-${tier[${1%%/*}]:-}}"
+    fi
 }
 
 for file in src/*/*.[ch] include/diaphan/*.h; do

@@ -9,6 +9,7 @@
 #include <diaphan/light.h>
 #include <diaphan/material.h>
 #include <diaphan/mesh.h>
+#include <diaphan/prepare.h>
 #include <diaphan/scene.h>
 #include <diaphan/sh.h>
 #include <diaphan/thickness.h>

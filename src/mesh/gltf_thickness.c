@@ -204,7 +204,7 @@ bool dph_gltf_read_thickness(struct dph_document *doc, struct dph_body *body, si
             json_array_get(json_object_get(mesh, "primitives"), part->primitive);
         const json_t *d = description(primitive);
         struct dph_thickness own = {.nvert = body->mesh.nvert};
-        double unit;
+        double unit = 0.0;
         snprintf(place, sizeof place, "meshes[%zu].primitives[%zu].extras.diaphan.thickness_sh",
                  part->mesh, part->primitive);
         if (!d)

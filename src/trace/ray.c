@@ -14,6 +14,7 @@
 
 #include "core/fail.h"
 #include "core/memory.h"
+#include "core/threads.h"
 
 #include <embree3/rtcore.h>
 #include <math.h>
@@ -29,6 +30,7 @@ struct dph_rays {
     RTCScene scene;
     float *position; /* (npos x 3) in the unit cube */
     uint32_t *index; /* (ntri x 3) */
+    size_t npos;
     double unit;     /* length of the unit cube's side in the caller's unit */
 };
 
@@ -176,6 +178,7 @@ struct dph_rays *dph_rays_create(const float *position, size_t npos, const uint3
         dph_fail_memory(err);
         goto error;
     }
+    rays->npos = npos;
     normalise(rays, position, npos);
     if (ntri)
         memcpy(rays->index, index, 3 * ntri * sizeof *index);
@@ -254,7 +257,7 @@ void dph_rays_thickness(const struct dph_rays *rays, enum dph_definition definit
 
     unsigned int before = flush_denormals();
     for (size_t i = 0; i < norigin; i++) {
-        query.origin = origin[i];
+        query.origin = origin ? origin[i] : (uint32_t)i;
         query.thickness = 0.0;
         query.balance = 0;
         if (definition == DPH_THICKNESS_FIRST)
@@ -266,4 +269,26 @@ void dph_rays_thickness(const struct dph_rays *rays, enum dph_definition definit
             balance[i] = query.balance;
     }
     restore_denormals(before);
+}
+
+struct batch {
+    const struct dph_rays *rays;
+    enum dph_definition definition;
+    const float *direction;
+    float *thickness;
+};
+
+static void one_direction(void *context, size_t i, int worker)
+{
+    const struct batch *batch = context;
+    (void)worker;
+    dph_rays_thickness(batch->rays, batch->definition, NULL, batch->rays->npos, batch->direction + 3 * i,
+                       batch->thickness + batch->rays->npos * i, NULL);
+}
+
+void dph_rays_thickness_all(const struct dph_rays *rays, enum dph_definition definition,
+                            const float *direction, size_t count, int threads, float *thickness)
+{
+    struct batch batch = {rays, definition, direction, thickness};
+    dph_parallel(dph_thread_count(threads), count, one_direction, &batch);
 }

@@ -1,0 +1,139 @@
+/* cli.h - what the commands of the tool share. The tool is an ordinary consumer of the public headers.
+ *
+ * A command is a row of the table in main.c: its texts, the names of the options it takes, and a function. Options are rows of the table in
+ * options.c, which drives both parsing and help; a new option is a row and a field of struct settings. */
+#ifndef CLI_H
+#define CLI_H
+
+#include <diaphan/diaphan.h>
+#include <diaphan/render.h>
+
+#include <stdio.h>
+
+/* Exit codes; scripts rely on them. */
+enum {
+    EXIT_DONE = 0,
+    EXIT_USAGE = 1,
+    EXIT_INPUT = 2,
+    EXIT_CAPABILITY = 3,
+    EXIT_OUTPUT = 4,
+    EXIT_TOLERANCE = 5,
+};
+
+enum { MAX_INPUTS = 256, MAX_SIZES = 16 };
+
+/* Everything that options set, with their defaults from settings_init. */
+struct settings {
+    const struct command *command;
+    int ninput;
+    const char *input[MAX_INPUTS];
+    const char *output;
+    bool help, version, quiet, verbose, json;
+    int threads; /* 0: all */
+
+    struct dph_bake_params bake;
+    enum dph_store store;
+    double size_mm; /* 0: not given */
+
+    const char *material;             /* NULL: not given */
+    double specular, rim, ambient;    /* NaN: the material's */
+    int formula;                      /* -1: the material's */
+    const struct dph_method *method;
+    struct dph_camera camera;
+    int nlight; /* 0: none given */
+    struct dph_light light[DPH_MAX_LIGHTS];
+    double exposure;
+    double background[3];
+    int width, height;
+    int use_bands; /* 0: all */
+    enum dph_window window;
+    int samples;
+
+    double seconds; /* bench: a measurement at least */
+    int nsize;
+    int size[MAX_SIZES]; /* bench bake: triangles of made-up meshes */
+};
+
+struct command {
+    const char *name;
+    const char *summary;          /* one line */
+    const char *usage;            /* what follows "diaphan NAME" */
+    const char *examples;         /* whole lines */
+    const char *notes;            /* whole lines, Nullable */
+    const char *const *options;   /* names, NULL at the end; the common ones come on top */
+    int min_inputs, max_inputs;
+    bool wants_output;
+    int (*run)(struct settings *settings); /* returns an exit code */
+};
+
+extern const struct command command_bake, command_info, command_candle, command_render, command_bench;
+
+/* options.c */
+void settings_init(struct settings *settings, const struct command *command);
+/* Parses argv[first..argc - 1]; complains and returns false. */
+bool settings_parse(struct settings *settings, int argc, char **argv, int first);
+void print_command_help(const struct command *command);
+/* The nearest of names to a misspelt one, NULL where none is near. `name_at` gives NULL beyond the last. */
+const char *nearest_name(const char *word, const char *(*name_at)(size_t i, const void *user), const void *user);
+
+/* report.c */
+/* One line on stderr, "diaphan COMMAND: ...". */
+void complain(const struct settings *settings, const char *format, ...) __attribute__((format(printf, 2, 3)));
+/* The same with "warning: ", nothing with -q. */
+void warn(const struct settings *settings, const char *format, ...) __attribute__((format(printf, 2, 3)));
+/* With -v only. */
+void talk(const struct settings *settings, const char *format, ...) __attribute__((format(printf, 2, 3)));
+/* Complains about a failure of the library and returns the exit code that fits it. */
+int report_error(const struct settings *settings, const struct dph_error *err);
+/* Passes on the scene's warnings from number `first` on. */
+void report_warnings(const struct settings *settings, const struct dph_scene *scene, size_t first);
+/* Flushes stdout; EXIT_OUTPUT where what was written there did not arrive, else `code`. */
+int finish_stdout(const struct settings *settings, int code);
+double seconds_now(void);
+/* 12345678 as "12,345,678"; the buffer is the caller's. */
+const char *with_commas(size_t number, char buffer[32]);
+bool has_ending(const char *path, const char *ending);
+/* False, with a complaint, where an output cannot be written at `path`: found out before hours of work, not after. */
+bool output_possible(const struct settings *settings, const char *path);
+
+/* json.c: one object on stdout, valid whatever happens to the numbers (what is not finite becomes null). */
+struct json {
+    FILE *stream;
+    int depth;
+    bool first[16];
+};
+void json_begin(struct json *json, FILE *stream);
+void json_end(struct json *json);
+/* `key` is NULL inside arrays. */
+void json_object(struct json *json, const char *key);
+void json_array(struct json *json, const char *key);
+void json_close(struct json *json, char bracket);
+void json_text(struct json *json, const char *key, const char *value); /* NULL gives null */
+void json_count(struct json *json, const char *key, size_t value);
+void json_number(struct json *json, const char *key, double value);
+void json_bool(struct json *json, const char *key, bool value);
+
+/* progress.c: a bar on stderr, on a terminal only and not with -q or --json. */
+struct progress {
+    bool shown;
+    const char *label;
+    double start, last;
+};
+void progress_begin(struct progress *progress, const struct settings *settings, const char *label);
+bool progress_step(void *progress, double fraction); /* a dph_progress */
+void progress_end(struct progress *progress);
+
+/* bench_scale.c */
+/* Bakes made-up meshes of settings->size triangles; rows to `json` or, where that is NULL, a table. Returns an exit code. */
+int bench_scale(const struct settings *settings, struct json *json);
+
+/* prepare.c */
+/* Loads the scene, passes on its warnings. NULL: complained, *code is the exit code. */
+struct dph_scene *load_scene(const struct settings *settings, const char *path, int *code);
+/* Loads the material of --material, or `fallback`, with what --specular and the like change. */
+bool load_material(const struct settings *settings, const char *fallback, struct dph_material *material, int *code);
+/* Bakes with a progress bar and passes on the warnings that this brings. False: complained, *code is the exit code. */
+bool bake_scene(const struct settings *settings, struct dph_scene *scene, bool missing_only,
+                struct dph_scene_bake_report *report, int *code);
+
+#endif

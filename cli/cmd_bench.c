@@ -1,0 +1,338 @@
+/* diaphan bench: speed, measured in one run on one machine.
+ *
+ * bench bake times the sweep beside rays, the same positions of the same mesh along the same directions. The measurements take turns, a slice
+ * each, until each has run long enough, so that a machine whose speed drifts slows all of them alike. The sweep's figure is what dph_bake
+ * reports for all directions; rays, many times slower, run along a part of the directions, spread evenly over the list, a
+ * different part every turn. Pairs are (position, direction). */
+#define _POSIX_C_SOURCE 200809L
+#include "cli.h"
+
+#include <diaphan/trace.h>
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static const char *const takes[] = {"directions", "fit", "seconds", "scale", NULL};
+
+static const char *const BUNNY = "/usr/share/glmark2/models/bunny.obj";
+
+enum { ENGINES = 2, SWEEP = 0, EMBREE = 1, RAY_DIRECTIONS = 8, MAX_ROWS = 8 };
+static const char *const engine_name[ENGINES] = {"sweep", "embree"};
+
+/* One measurement: an engine, a definition, a number of threads. */
+struct row {
+    int engine, threads;
+    enum dph_definition definition;
+    double pairs, seconds;
+};
+
+/* What is measured on: the distinct positions of a model. */
+struct model {
+    const char *name;
+    size_t triangles, positions;
+    float *position; /* (positions x 3) */
+    uint32_t *index; /* (triangles x 3) */
+};
+
+static int processors(void)
+{
+    long count = sysconf(_SC_NPROCESSORS_ONLN);
+    return count < 1 ? 1 : count > 256 ? 256 : (int)count;
+}
+
+/* The processor's name as the system has it. */
+static void cpu_name(char *name, size_t size)
+{
+    char line[256];
+    FILE *file = fopen("/proc/cpuinfo", "r");
+    snprintf(name, size, "unknown");
+    while (file && fgets(line, sizeof line, file)) {
+        char *colon = strchr(line, ':');
+        if (colon && strncmp(line, "model name", 10) == 0) {
+            line[strcspn(line, "\n")] = 0;
+            snprintf(name, size, "%s", colon + 2);
+            break;
+        }
+    }
+    if (file)
+        fclose(file);
+}
+
+static void model_finish(struct model *model)
+{
+    free(model->position);
+    free(model->index);
+    *model = (struct model){0};
+}
+
+/* Takes a mesh down to its distinct positions. */
+static bool model_init(struct model *model, const char *name, const struct dph_mesh *mesh, struct dph_error *err)
+{
+    uint32_t *position_of = malloc((mesh->nvert + 1) * sizeof *position_of);
+    *model = (struct model){.name = name, .triangles = mesh->ntri};
+    if (!position_of)
+        goto memory;
+    model->positions = dph_mesh_weld(mesh->position, 3 * sizeof(float), mesh->nvert, position_of, err);
+    if (model->positions == SIZE_MAX) {
+        free(position_of);
+        return false;
+    }
+    model->position = malloc((model->positions + 1) * 3 * sizeof *model->position);
+    model->index = malloc((mesh->ntri + 1) * 3 * sizeof *model->index);
+    if (!model->position || !model->index)
+        goto memory;
+    for (size_t v = 0; v < mesh->nvert; v++)
+        memcpy(model->position + 3 * (size_t)position_of[v], mesh->position + 3 * v, 3 * sizeof(float));
+    for (size_t i = 0; i < 3 * mesh->ntri; i++)
+        model->index[i] = position_of[mesh->index[i]];
+    free(position_of);
+    return true;
+
+memory:
+    free(position_of);
+    model_finish(model);
+    *err = (struct dph_error){DPH_ERROR_MEMORY, "out of memory"};
+    return false;
+}
+
+/* One slice of a sweep: the bake of all directions, of which only the sweep counts. */
+static bool slice_sweep(const struct model *model, const struct settings *settings, struct row *row, float *coefficient,
+                        struct dph_error *err)
+{
+    struct dph_bake_input input = {model->position, 0, model->positions, model->index, model->triangles};
+    struct dph_bake_params params = settings->bake;
+    struct dph_bake_report report;
+    params.bands = 1; /* the projection is not measured here */
+    params.fit = DPH_FIT_SPHERE;
+    params.definition = row->definition;
+    params.threads = row->threads;
+    if (!dph_bake(&input, &params, coefficient, &report, err))
+        return false;
+    row->pairs += (double)model->positions * report.directions;
+    row->seconds += report.seconds_sweep;
+    return true;
+}
+
+/* One slice of rays, along RAY_DIRECTIONS directions a thread. */
+static void slice_rays(const struct model *model, const struct dph_rays *rays, const float *direction, int count,
+                       int turn, struct row *row, float *thickness)
+{
+    float chosen[3 * RAY_DIRECTIONS * 256];
+    int slice = RAY_DIRECTIONS * row->threads;
+    for (int i = 0; i < slice; i++) {
+        int from = (int)(((long)i * count / slice + 37L * turn) % count);
+        memcpy(chosen + 3 * i, direction + 3 * from, 3 * sizeof *chosen);
+    }
+    double start = seconds_now();
+    dph_rays_thickness_all(rays, row->definition, chosen, (size_t)slice, row->threads, thickness);
+    row->seconds += seconds_now() - start;
+    row->pairs += (double)model->positions * slice;
+}
+
+static bool measure(const struct settings *settings, const struct model *model, struct row *rows, int nrow,
+                    struct progress *progress, struct dph_error *err)
+{
+    int count = (settings->bake.directions + 1) & ~1, most = 1;
+    for (int r = 0; r < nrow; r++)
+        most = rows[r].threads > most ? rows[r].threads : most;
+    float *direction = malloc((size_t)count * 3 * sizeof *direction);
+    float *coefficient = malloc((model->positions + 1) * sizeof *coefficient);
+    float *thickness = malloc((model->positions + 1) * (size_t)(RAY_DIRECTIONS * most) * sizeof *thickness);
+    struct dph_rays *rays = NULL;
+    bool ok = false;
+    if (!direction || !coefficient || !thickness) {
+        *err = (struct dph_error){DPH_ERROR_MEMORY, "out of memory"};
+        goto error;
+    }
+    if (!(rays = dph_rays_create(model->position, model->positions, model->index, model->triangles, err)))
+        goto error;
+    dph_sh_directions(count, direction);
+    bool done = false;
+    for (int turn = 0; !done; turn++) {
+        double least = settings->seconds;
+        done = true;
+        for (int r = 0; r < nrow; r++) {
+            if (rows[r].engine == EMBREE)
+                slice_rays(model, rays, direction, count, turn, &rows[r], thickness);
+            else if (!slice_sweep(model, settings, &rows[r], coefficient, err))
+                goto error;
+            done = done && rows[r].seconds >= settings->seconds;
+            least = rows[r].seconds < least ? rows[r].seconds : least;
+        }
+        progress_step(progress, least / settings->seconds);
+    }
+    ok = true;
+
+error:
+    dph_rays_destroy(rays);
+    free(direction);
+    free(coefficient);
+    free(thickness);
+    return ok;
+}
+
+static void print_table(const struct model *model, const struct row *rows, int nrow)
+{
+    char a[32], b[32];
+    printf("\n%s: %s triangles, %s positions\n", model->name, with_commas(model->triangles, a),
+           with_commas(model->positions, b));
+    printf("  thickness  threads   sweep M pairs/s   rays M pairs/s   ratio\n");
+    for (int r = 0; r + 1 < nrow; r += 2) {
+        double sweep = rows[r].pairs / rows[r].seconds, rays = rows[r + 1].pairs / rows[r + 1].seconds;
+        printf("  %-9s  %7d   %15.2f   %14.2f   %5.1f\n", dph_definition_name(rows[r].definition), rows[r].threads,
+               1e-6 * sweep, 1e-6 * rays, sweep / rays);
+    }
+    double first = rows[0].seconds / rows[0].pairs, inside = rows[2].seconds / rows[2].pairs;
+    printf("  inside costs %.2f times first (sweep, %d thread)\n", inside / first, rows[0].threads);
+}
+
+static void print_row(struct json *json, const struct model *model, const struct row *row, int directions)
+{
+    json_object(json, NULL);
+    json_text(json, "model", model->name);
+    json_count(json, "triangles", model->triangles);
+    json_count(json, "positions", model->positions);
+    json_count(json, "directions", (size_t)directions);
+    json_count(json, "threads", (size_t)row->threads);
+    json_text(json, "engine", engine_name[row->engine]);
+    json_text(json, "thickness", dph_definition_name(row->definition));
+    json_number(json, "pairs_per_second", row->pairs / row->seconds);
+    json_number(json, "seconds", row->seconds);
+    json_close(json, '}');
+}
+
+/* All rows of one model: each definition and number of threads, the sweep and then the rays. */
+static int bench_model(const struct settings *settings, const char *name, const struct dph_mesh *mesh, struct json *json)
+{
+    struct dph_error err;
+    struct model model;
+    struct row rows[MAX_ROWS];
+    struct progress progress;
+    const int all = settings->threads ? settings->threads : processors();
+    const enum dph_definition definitions[2] = {DPH_THICKNESS_FIRST, DPH_THICKNESS_INSIDE};
+    int nrow = 0;
+    for (int t = 0; t < (all > 1 ? 2 : 1); t++)
+        for (int d = 0; d < 2; d++)
+            for (int engine = 0; engine < ENGINES; engine++)
+                rows[nrow++] = (struct row){.engine = engine, .threads = t ? all : 1, .definition = definitions[d]};
+    if (!mesh->ntri) {
+        complain(settings, "%s: no triangles to measure", name);
+        return EXIT_INPUT;
+    }
+    if (!model_init(&model, name, mesh, &err))
+        return report_error(settings, &err);
+    progress_begin(&progress, settings, name);
+    bool ok = measure(settings, &model, rows, nrow, &progress, &err);
+    progress_end(&progress);
+    if (!ok) {
+        model_finish(&model);
+        return report_error(settings, &err);
+    }
+    if (!settings->json)
+        print_table(&model, rows, nrow);
+    for (int r = 0; settings->json && r < nrow; r++)
+        print_row(json, &model, &rows[r], (settings->bake.directions + 1) & ~1);
+    model_finish(&model);
+    fflush(stdout);
+    return EXIT_DONE;
+}
+
+static int bench_file(const struct settings *settings, const char *path, struct json *json)
+{
+    int code = EXIT_DONE;
+    struct dph_scene *scene = load_scene(settings, path, &code);
+    if (!scene)
+        return code;
+    /* the largest body stands for the file */
+    size_t largest = 0;
+    for (size_t b = 1; b < scene->nbody; b++)
+        if (scene->body[b].mesh.ntri > scene->body[largest].mesh.ntri)
+            largest = b;
+    const char *slash = strrchr(path, '/');
+    if (scene->nbody) {
+        code = bench_model(settings, slash ? slash + 1 : path, &scene->body[largest].mesh, json);
+    } else {
+        complain(settings, "%s: no triangles to measure", path);
+        code = EXIT_INPUT;
+    }
+    dph_scene_destroy(scene);
+    return code;
+}
+
+static int bench_candle(const struct settings *settings, struct json *json)
+{
+    struct dph_error err;
+    struct dph_mesh mesh = {0};
+    if (!dph_mesh_init_candle(&mesh, &err))
+        return report_error(settings, &err);
+    int code = bench_model(settings, "candle", &mesh, json);
+    dph_mesh_finish(&mesh);
+    return code;
+}
+
+static int run(struct settings *settings)
+{
+    int code = EXIT_DONE;
+    struct json json = {0};
+    char cpu[128], *text = NULL;
+    size_t length = 0;
+    FILE *stream = NULL;
+    if (strcmp(settings->input[0], "bake") != 0) {
+        complain(settings, "'%s' is nothing to measure; there is: bake", settings->input[0]);
+        return EXIT_USAGE;
+    }
+    for (int i = 1; i < settings->ninput; i++) /* not after minutes of measuring */
+        if (access(settings->input[i], R_OK)) {
+            complain(settings, "%s: %s", settings->input[i], strerror(errno));
+            return EXIT_INPUT;
+        }
+    cpu_name(cpu, sizeof cpu);
+    if (settings->json) { /* kept back until it is whole */
+        if (!(stream = open_memstream(&text, &length))) {
+            complain(settings, "out of memory");
+            return EXIT_INPUT;
+        }
+        json_begin(&json, stream);
+        json_text(&json, "cpu", cpu);
+        json_array(&json, "results");
+    } else {
+        printf("diaphan %s on %s, %d directions\n", dph_version(), cpu, (settings->bake.directions + 1) & ~1);
+    }
+    if (settings->nsize)
+        code = bench_scale(settings, settings->json ? &json : NULL);
+    for (int i = 1; i < settings->ninput && code == EXIT_DONE; i++)
+        code = bench_file(settings, settings->input[i], &json);
+    if (settings->ninput == 1 && !settings->nsize) {
+        code = bench_candle(settings, &json);
+        if (code == EXIT_DONE && access(BUNNY, R_OK) == 0)
+            code = bench_file(settings, BUNNY, &json);
+    }
+    if (settings->json) {
+        json_close(&json, ']');
+        json_end(&json);
+        fclose(stream);
+        if (code == EXIT_DONE)
+            fwrite(text, 1, length, stdout);
+        free(text);
+    }
+    return code;
+}
+
+const struct command command_bench = {
+    .name = "bench",
+    .summary = "measure speed",
+    .usage = "bake [INPUT ...] [options]",
+    .examples = "  diaphan bench bake\n"
+                "  diaphan bench bake bunny.obj lucy.ply --seconds 3 --json\n"
+                "  diaphan bench bake --scale 250000,500000,1000000\n",
+    .notes = "bake: pairs of position and direction a second, the sweep beside Embree's rays (rtcIntersect1 for the first\n"
+             "exit, a filter for all hits), one thread and all of them, in one run. Of a file with several bodies the largest\n"
+             "is measured. Without INPUT: the candle, and the bunny of the package glmark2-data where it is installed. --scale bakes made-up closed meshes of growing size,\n"
+             "each in a process of its own, and shows time and peak memory.\n",
+    .options = takes,
+    .min_inputs = 1,
+    .max_inputs = MAX_INPUTS,
+    .run = run,
+};

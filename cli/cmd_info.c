@@ -1,0 +1,186 @@
+/* diaphan info: what a mesh or a baked file holds. Counts are those of the scene as it is drawn: a body counts once for each of its
+ * instances. */
+#include "cli.h"
+
+#include <string.h>
+
+static const char *const takes[] = {NULL};
+
+/* Sums over the instances. */
+struct totals {
+    size_t triangles, vertices, positions, degenerate, boundary, nonmanifold, flipped, components;
+    bool closed;
+};
+
+static bool measure(const struct dph_scene *scene, struct totals *totals, struct dph_error *err)
+{
+    *totals = (struct totals){.closed = true};
+    for (size_t b = 0; b < scene->nbody; b++) {
+        struct dph_mesh_stats stats;
+        size_t times = 0;
+        for (size_t i = 0; i < scene->ninstance; i++)
+            times += scene->instance[i].body == b;
+        if (!times)
+            continue;
+        if (!dph_mesh_measure(&scene->body[b].mesh, &stats, err))
+            return false;
+        totals->triangles += times * scene->body[b].mesh.ntri;
+        totals->vertices += times * scene->body[b].mesh.nvert;
+        totals->positions += times * stats.positions;
+        totals->degenerate += times * stats.degenerate;
+        totals->boundary += times * stats.boundary_edges;
+        totals->nonmanifold += times * stats.nonmanifold_edges;
+        totals->flipped += times * stats.flipped_edges;
+        totals->components += times * stats.components;
+        totals->closed = totals->closed && stats.closed;
+    }
+    totals->closed = totals->closed && totals->triangles > 0;
+    return true;
+}
+
+/* The first baked body, and how many there are. NULL: none. */
+static const struct dph_thickness *baked(const struct dph_scene *scene, size_t *count)
+{
+    const struct dph_thickness *first = NULL;
+    *count = 0;
+    for (size_t b = 0; b < scene->nbody; b++)
+        if (scene->body[b].thickness) {
+            first = first ? first : scene->body[b].thickness;
+            ++*count;
+        }
+    return first;
+}
+
+static void print_baked(struct json *json, const struct dph_scene *scene)
+{
+    size_t count;
+    const struct dph_thickness *thickness = baked(scene, &count);
+    if (!thickness) {
+        json_text(json, "baked", NULL);
+        return;
+    }
+    size_t size = dph_store_size(thickness->store);
+    json_object(json, "baked");
+    json_count(json, "bodies", count);
+    json_count(json, "bands", (size_t)thickness->bands);
+    json_text(json, "store", dph_store_name(thickness->store));
+    json_text(json, "definition", dph_definition_name(thickness->definition));
+    json_text(json, "fit", dph_fit_name(thickness->fit));
+    json_count(json, "directions", (size_t)thickness->directions);
+    json_number(json, "mm_per_unit", scene->mm_per_unit);
+    json_count(json, "bytes_per_vertex", (size_t)(thickness->bands * thickness->bands) * size);
+    json_count(json, "bytes_per_vertex_gpu", (size_t)thickness->components * size);
+    json_array(json, "scale");
+    for (int l = 0; l < thickness->bands; l++)
+        json_number(json, NULL, (double)thickness->scale[l]);
+    json_close(json, ']');
+    json_close(json, '}');
+}
+
+static void print_json(const struct settings *settings, const struct dph_scene *scene, const struct totals *totals)
+{
+    struct json json;
+    json_begin(&json, stdout);
+    json_text(&json, "file", settings->input[0]);
+    json_count(&json, "bodies", scene->nbody);
+    json_count(&json, "instances", scene->ninstance);
+    json_count(&json, "triangles", totals->triangles);
+    json_count(&json, "vertices", totals->vertices);
+    json_count(&json, "positions", totals->positions);
+    json_count(&json, "degenerate_triangles", totals->degenerate);
+    json_count(&json, "boundary_edges", totals->boundary);
+    json_count(&json, "nonmanifold_edges", totals->nonmanifold);
+    json_count(&json, "flipped_edges", totals->flipped);
+    json_count(&json, "components", totals->components);
+    json_bool(&json, "closed", totals->closed);
+    json_array(&json, "bounds");
+    for (int side = 0; side < 2; side++) {
+        json_array(&json, NULL);
+        for (int k = 0; k < 3; k++)
+            json_number(&json, NULL, scene->bounds[side][k]);
+        json_close(&json, ']');
+    }
+    json_close(&json, ']');
+    print_baked(&json, scene);
+    json_end(&json);
+}
+
+static void print_text(const struct settings *settings, const struct dph_scene *scene, const struct totals *totals)
+{
+    char a[32], b[32], c[32];
+    printf("%s\n", settings->input[0]);
+    printf("  mesh      %s triangles, %s vertices at %s positions\n", with_commas(totals->triangles, a),
+           with_commas(totals->vertices, b), with_commas(totals->positions, c));
+    if (scene->nbody != 1 || scene->ninstance != 1)
+        printf("  scene     %zu bodies, %zu instances\n", scene->nbody, scene->ninstance);
+    printf("  surface   ");
+    if (totals->closed)
+        printf("closed");
+    else if (!totals->triangles)
+        printf("no triangles");
+    else
+        printf("not closed: %s boundary, %s non-manifold, %s flipped edges", with_commas(totals->boundary, a),
+               with_commas(totals->nonmanifold, b), with_commas(totals->flipped, c));
+    printf(", %zu component%s", totals->components, totals->components == 1 ? "" : "s");
+    if (totals->degenerate)
+        printf(", %s triangles without area", with_commas(totals->degenerate, a));
+    printf("\n  bounds    %g %g %g to %g %g %g\n", scene->bounds[0][0], scene->bounds[0][1], scene->bounds[0][2],
+           scene->bounds[1][0], scene->bounds[1][1], scene->bounds[1][2]);
+    if (scene->mm_per_unit > 0.0)
+        printf("  size      %.4g mm for the largest side, %.6g mm a unit\n",
+               dph_scene_size(scene) * scene->mm_per_unit, scene->mm_per_unit);
+
+    size_t count;
+    const struct dph_thickness *thickness = baked(scene, &count);
+    if (!thickness) {
+        printf("  baked     no\n");
+        return;
+    }
+    size_t size = dph_store_size(thickness->store);
+    printf("  baked     %d bands, thickness %s, fit %s", thickness->bands, dph_definition_name(thickness->definition),
+           dph_fit_name(thickness->fit));
+    if (thickness->directions)
+        printf(", %d directions", thickness->directions);
+    printf("\n  stored    %s, %zu bytes a vertex", dph_store_name(thickness->store),
+           (size_t)(thickness->bands * thickness->bands) * size);
+    if (count != scene->nbody)
+        printf(", %zu of the %zu bodies", count, scene->nbody);
+    if (settings->verbose) {
+        printf("\n  scales   ");
+        for (int l = 0; l < thickness->bands; l++)
+            printf(" %g", (double)thickness->scale[l]);
+    }
+    putchar('\n');
+}
+
+static int run(struct settings *settings)
+{
+    int code = EXIT_DONE;
+    struct dph_error err;
+    struct totals totals;
+    struct dph_scene *scene = load_scene(settings, settings->input[0], &code);
+    if (!scene)
+        return code;
+    if (!measure(scene, &totals, &err))
+        code = report_error(settings, &err);
+    else if (settings->json)
+        print_json(settings, scene, &totals);
+    else
+        print_text(settings, scene, &totals);
+    dph_scene_destroy(scene);
+    return code;
+}
+
+const struct command command_info = {
+    .name = "info",
+    .summary = "what a mesh or a baked file holds",
+    .usage = "FILE",
+    .examples = "  diaphan info bunny.obj\n"
+                "  diaphan info bunny.glb --json\n",
+    .notes = "A surface is closed where every edge has two triangles that run along it in opposite directions. Counts are\n"
+             "those of the scene as it is drawn, every instance of a body counted.\n",
+    .options = takes,
+    .min_inputs = 1,
+    .max_inputs = 1,
+    .run = run,
+};

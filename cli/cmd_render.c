@@ -1,0 +1,146 @@
+/* diaphan render: one picture, without a window. */
+#include "cli.h"
+
+#include <string.h>
+
+static const char *const takes[] = {
+    "output", "method", "material", "size-mm", "light", "camera", "fov", "exposure", "background", "resolution",
+    "use-bands", "window", "formula", "specular", "rim", "ambient", "samples",
+    /* of the bake in memory, where the file is not baked */
+    "bands", "directions", "thickness", "fit", "store", NULL};
+
+static struct dph_frame frame_of(const struct settings *settings, const struct dph_material *material,
+                                 const struct dph_scene *scene)
+{
+    struct dph_frame frame = dph_frame_defaults();
+    frame.method = settings->method;
+    frame.material = *material;
+    frame.camera = settings->camera;
+    if (settings->nlight) {
+        frame.nlight = settings->nlight;
+        memcpy(frame.light, settings->light, sizeof frame.light);
+    }
+    frame.width = settings->width;
+    frame.height = settings->height;
+    memcpy(frame.background, settings->background, sizeof frame.background);
+    frame.mm_per_unit = dph_scene_millimetres(scene, settings->size_mm);
+    frame.bands = settings->use_bands;
+    frame.window = settings->window;
+    frame.samples = settings->samples;
+    return frame;
+}
+
+/* Drawing has room for nine attributes; more bands stay in the file. */
+static void note_bands(const struct settings *settings, const struct dph_scene *scene)
+{
+    for (size_t b = 0; b < scene->nbody; b++)
+        if (scene->body[b].thickness && scene->body[b].thickness->bands > DPH_DRAW_BANDS) {
+            if (!settings->quiet)
+                complain(settings, "%d bands are stored, the first %d are drawn", scene->body[b].thickness->bands,
+                         DPH_DRAW_BANDS);
+            return;
+        }
+}
+
+static bool needs_bake(const struct settings *settings, const struct dph_scene *scene)
+{
+    bool missing = false;
+    for (size_t b = 0; b < scene->nbody; b++)
+        missing = missing || (scene->body[b].mesh.nvert && !scene->body[b].thickness);
+    return missing && settings->method->needs_thickness;
+}
+
+static void report(const struct settings *settings, const struct dph_frame *frame, const struct dph_gl *gl,
+                   double seconds_bake, double seconds)
+{
+    if (settings->json) {
+        struct json json;
+        json_begin(&json, stdout);
+        json_text(&json, "input", settings->input[0]);
+        json_text(&json, "output", settings->output);
+        json_text(&json, "method", frame->method->name);
+        json_text(&json, "material", frame->material.name);
+        json_text(&json, "renderer", dph_gl_name(gl));
+        json_count(&json, "width", (size_t)frame->width);
+        json_count(&json, "height", (size_t)frame->height);
+        json_count(&json, "lights", (size_t)frame->nlight);
+        json_number(&json, "mm_per_unit", frame->mm_per_unit);
+        json_object(&json, "seconds");
+        json_number(&json, "bake", seconds_bake);
+        json_number(&json, "total", seconds);
+        json_close(&json, '}');
+        json_end(&json);
+    } else if (!settings->quiet) {
+        printf("wrote %s: %s in %s, %dx%d\n", settings->output, frame->method->name, frame->material.name,
+               frame->width, frame->height);
+    }
+}
+
+static int run(struct settings *settings)
+{
+    int code = EXIT_DONE;
+    struct dph_error err;
+    struct dph_material material;
+    struct dph_scene *scene = NULL;
+    struct dph_gl *gl = NULL;
+    struct dph_renderer *renderer = NULL;
+    struct dph_image image = {0};
+
+    if (!has_ending(settings->output, ".png") && !has_ending(settings->output, ".exr")) {
+        complain(settings, "%s: the ending says the format, .png or .exr", settings->output);
+        return EXIT_USAGE;
+    }
+    if (!load_material(settings, "wax", &material, &code))
+        return code;
+    if (!output_possible(settings, settings->output))
+        return EXIT_OUTPUT;
+    double start = seconds_now(), seconds_bake = 0.0;
+    if (!(scene = load_scene(settings, settings->input[0], &code)))
+        return code;
+    if (!(gl = dph_gl_create_headless(&err))) /* before the bake: no use in waiting for it */
+        goto error;
+    talk(settings, "drawing with %s", dph_gl_name(gl));
+    if (needs_bake(settings, scene)) {
+        double before = seconds_now();
+        if (!bake_scene(settings, scene, true, NULL, &code))
+            goto done;
+        seconds_bake = seconds_now() - before;
+        talk(settings, "baked in memory in %.2f s", seconds_bake);
+    }
+    note_bands(settings, scene);
+    struct dph_frame frame = frame_of(settings, &material, scene);
+    struct dph_tone tone = {.exposure = settings->exposure};
+    if (!(renderer = dph_renderer_create(scene, &err)) ||
+        !dph_image_init(&image, frame.width, frame.height, &err) ||
+        !dph_renderer_draw(renderer, &frame, &image, &err) ||
+        !dph_image_save(&image, settings->output, &tone, &err))
+        goto error;
+    report(settings, &frame, gl, seconds_bake, seconds_now() - start);
+    goto done;
+
+error:
+    code = report_error(settings, &err);
+done:
+    dph_image_finish(&image);
+    dph_renderer_destroy(renderer);
+    dph_gl_destroy(gl);
+    dph_scene_destroy(scene);
+    return code;
+}
+
+const struct command command_render = {
+    .name = "render",
+    .summary = "draw one picture, without a window",
+    .usage = "INPUT -o IMAGE [options]",
+    .examples = "  diaphan render bunny.glb -o bunny.png\n"
+                "  diaphan render bunny.obj -o bunny.png --material marble --size-mm 40 --light 160,20\n"
+                "  diaphan render head.glb -o head.exr --camera 20,5,3 --light 200,10 --light 30,40,1,1,1\n",
+    .notes = "A file that is not baked is baked in memory. IMAGE is .png (8 bit, sRGB) or .exr (32-bit float, linear, with\n"
+             "coverage). A light stands at (cos EL sin AZ, sin EL, cos EL cos AZ), y up, and so does the camera, which looks\n"
+             "at the centre of the bounding box. With irradiance pi white paper that faces the light has radiance 1.\n",
+    .options = takes,
+    .min_inputs = 1,
+    .max_inputs = 1,
+    .wants_output = true,
+    .run = run,
+};

@@ -1,0 +1,64 @@
+/* The steps that several commands begin with: load a scene, load a material, bake what is missing. */
+#include "cli.h"
+
+#include <math.h>
+#include <string.h>
+
+struct dph_scene *load_scene(const struct settings *settings, const char *path, int *code)
+{
+    struct dph_error err;
+    struct dph_scene *scene = dph_scene_load(path, &err);
+    if (!scene) {
+        *code = report_error(settings, &err);
+        return NULL;
+    }
+    report_warnings(settings, scene, 0);
+    return scene;
+}
+
+bool load_material(const struct settings *settings, const char *fallback, struct dph_material *material, int *code)
+{
+    struct dph_error err;
+    if (!dph_material_load(settings->material ? settings->material : fallback, material, &err)) {
+        *code = report_error(settings, &err);
+        return false;
+    }
+    if (!isnan(settings->specular))
+        material->specular = settings->specular;
+    if (!isnan(settings->rim))
+        material->rim = settings->rim;
+    if (!isnan(settings->ambient))
+        material->ambient = settings->ambient;
+    if (settings->formula >= 0)
+        material->formula = (enum dph_formula)settings->formula;
+    return true;
+}
+
+bool bake_scene(const struct settings *settings, struct dph_scene *scene, bool missing_only,
+                struct dph_scene_bake_report *report, int *code)
+{
+    struct dph_error err;
+    struct dph_material material;
+    struct dph_scene_bake_params params = dph_scene_bake_defaults();
+    struct progress progress;
+    params.bake = settings->bake;
+    params.bake.threads = settings->threads;
+    params.store = settings->store;
+    params.size_mm = settings->size_mm;
+    params.missing_only = missing_only;
+    if (settings->material) {
+        if (!load_material(settings, NULL, &material, code))
+            return false;
+        params.material = &material;
+    }
+    progress_begin(&progress, settings, "baking");
+    params.bake.progress = progress_step;
+    params.bake.progress_user = &progress;
+    size_t before = scene->nwarning;
+    bool ok = dph_scene_bake(scene, &params, report, &err);
+    progress_end(&progress);
+    if (!ok)
+        *code = report_error(settings, &err);
+    report_warnings(settings, scene, before);
+    return ok;
+}

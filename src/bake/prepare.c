@@ -1,0 +1,255 @@
+/* Baking a whole scene. Each body is reduced to its distinct positions first, so that memory goes with them and not with the vertices (the paper's
+ * candle has six vertices a position), baked, and packed with one row a vertex. */
+#include <diaphan/prepare.h>
+
+#include "core/clock.h"
+#include "core/fail.h"
+#include "core/memory.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double DEFAULT_SIZE_MM = 25.0;
+
+/* Shares of untrusted pairs from which the user is told, and told loudly. Closed meshes have none; a scan with a few small holes
+ * stays below the first. */
+static const double WARN_SHARE = 0.01, ALARM_SHARE = 0.2;
+
+struct dph_scene_bake_params dph_scene_bake_defaults(void)
+{
+    return (struct dph_scene_bake_params){.bake = dph_bake_defaults(), .store = DPH_STORE_SNORM8};
+}
+
+double dph_scene_millimetres(const struct dph_scene *scene, double size_mm)
+{
+    double size = dph_scene_size(scene);
+    if (!(size_mm > 0.0)) {
+        if (scene->mm_per_unit > 0.0)
+            return scene->mm_per_unit;
+        size_mm = DEFAULT_SIZE_MM;
+    }
+    double ratio = size_mm / size;
+    return size > 0.0 && isfinite(ratio) && ratio > 0.0 ? ratio : 1.0;
+}
+
+/* How much longer a body's unit is in the scene than in its own space: the cube root of the determinant, of the largest instance. */
+static double body_scale(const struct dph_scene *scene, size_t body)
+{
+    double largest = 0.0;
+    for (size_t i = 0; i < scene->ninstance; i++) {
+        const float *m = scene->instance[i].matrix;
+        if (scene->instance[i].body != body)
+            continue;
+        double a[3][3];
+        for (int column = 0; column < 3; column++)
+            for (int row = 0; row < 3; row++)
+                a[column][row] = (double)m[4 * column + row];
+        double determinant = a[0][0] * (a[1][1] * a[2][2] - a[1][2] * a[2][1]) -
+                             a[1][0] * (a[0][1] * a[2][2] - a[0][2] * a[2][1]) +
+                             a[2][0] * (a[0][1] * a[1][2] - a[0][2] * a[1][1]);
+        largest = fmax(largest, cbrt(fabs(determinant)));
+    }
+    return largest > 0.0 && isfinite(largest) ? largest : 1.0;
+}
+
+/* The distinct positions of a mesh and its triangles over them. */
+struct welded {
+    uint32_t *position_of; /* (nvert) */
+    float *position;       /* (npos x 3) */
+    uint32_t *index;       /* (ntri x 3) */
+    size_t npos;
+};
+
+static void welded_finish(struct welded *welded)
+{
+    free(welded->position_of);
+    free(welded->position);
+    free(welded->index);
+}
+
+static bool welded_init(struct welded *welded, const struct dph_mesh *mesh, struct dph_error *err)
+{
+    *welded = (struct welded){0};
+    if (!(welded->position_of = dph_alloc(mesh->nvert, sizeof *welded->position_of)))
+        return dph_fail_memory(err);
+    welded->npos = dph_mesh_weld(mesh->position, 3 * sizeof(float), mesh->nvert, welded->position_of, err);
+    if (welded->npos == SIZE_MAX)
+        goto error;
+    welded->position = dph_alloc(welded->npos, 3 * sizeof *welded->position);
+    welded->index = dph_alloc(mesh->ntri, 3 * sizeof *welded->index);
+    if (!welded->position || !welded->index) {
+        dph_fail_memory(err);
+        goto error;
+    }
+    for (size_t v = mesh->nvert; v-- > 0;) /* backwards: the first of equal points stays */
+        memcpy(welded->position + 3 * (size_t)welded->position_of[v], mesh->position + 3 * v,
+               3 * sizeof(float));
+    for (size_t i = 0; i < 3 * mesh->ntri; i++)
+        welded->index[i] = welded->position_of[mesh->index[i]];
+    return true;
+
+error:
+    welded_finish(welded);
+    return false;
+}
+
+/* One bar over all bodies: each counts by its triangles and vertices. */
+struct share {
+    dph_progress *progress;
+    void *user;
+    double before, width;
+};
+
+static bool report_share(void *user, double fraction)
+{
+    const struct share *share = user;
+    return share->progress(share->user, fmin(1.0, share->before + share->width * fraction));
+}
+
+/* Says why a body's thickness is not to be trusted. What is wrong with its edges is the cause where there is something; a closed mesh must overlap
+ * itself. */
+static bool explain(struct dph_scene *scene, size_t body, double untrusted, struct dph_error *err)
+{
+    const struct dph_mesh *mesh = &scene->body[body].mesh;
+    struct dph_mesh_stats stats;
+    if (!dph_mesh_measure(mesh, &stats, err))
+        return false;
+    char cause[320], name[96] = "";
+    const char *mend;
+    if (scene->nbody > 1)
+        snprintf(name, sizeof name, "body %zu (%.64s): ", body, scene->body[body].name);
+    if (stats.boundary_edges) {
+        snprintf(cause, sizeof cause, "its surface is open (%zu boundary edges%s)", stats.boundary_edges,
+                 stats.flipped_edges ? ", and some faces are turned against their neighbours" : "");
+        mend = "close the holes or give thin sheets two sides";
+    } else if (stats.flipped_edges) {
+        snprintf(cause, sizeof cause, "faces are turned against their neighbours (%zu edges)",
+                 stats.flipped_edges);
+        mend = "make the faces' orientation consistent";
+    } else if (stats.nonmanifold_edges) {
+        snprintf(cause, sizeof cause, "more than two faces meet at %zu edges", stats.nonmanifold_edges);
+        mend = "remove doubled and inner faces";
+    } else if (stats.volume < 0.0) {
+        snprintf(cause, sizeof cause, "its faces look inward");
+        mend = "reverse them";
+    } else {
+        snprintf(cause, sizeof cause, "its %zu shells, or parts of one shell, overlap", stats.components);
+        mend = "unite them to one surface";
+    }
+    if (dph_scene_warn(scene,
+                       "%s%.1f %% of the thickness samples cannot be trusted%s, because %s; there the "
+                       "distance to the first exit stands in; to mend it, %s",
+                       name, 100.0 * untrusted, untrusted > ALARM_SHARE ? ", EXPECT A WRONG PICTURE" : "",
+                       cause, mend))
+        return true;
+    return dph_fail_memory(err);
+}
+
+/* Bakes one body and adds what happened to `total`. */
+static bool bake_body(struct dph_scene *scene, size_t number, const struct dph_scene_bake_params *params,
+                      double mm_per_unit, struct share *share, struct dph_scene_bake_report *total,
+                      struct dph_error *err)
+{
+    struct dph_body *body = &scene->body[number];
+    struct dph_bake_params bake = params->bake;
+    struct dph_bake_report report;
+    struct welded welded;
+    float *coefficient = NULL;
+    struct dph_thickness *thickness = NULL;
+
+    double start = dph_seconds();
+    if (!welded_init(&welded, &body->mesh, err))
+        return false;
+    total->seconds_store += dph_seconds() - start;
+
+    double scale = body_scale(scene, number);
+    bake.largest_side = dph_scene_size(scene) / scale;
+    bake.extinction = 0.0;
+    if (params->material) {
+        struct dph_medium medium;
+        dph_material_medium(params->material, &medium);
+        bake.extinction = medium.transport[1] * mm_per_unit * scale;
+    }
+    if (bake.progress) {
+        share->progress = params->bake.progress;
+        share->user = params->bake.progress_user;
+        bake.progress = report_share;
+        bake.progress_user = share;
+    }
+    struct dph_bake_input input = {
+        .position = welded.position,
+        .nvert = welded.npos,
+        .index = welded.index,
+        .ntri = body->mesh.ntri,
+    };
+    coefficient = dph_alloc(dph_bake_size(&input, &bake), sizeof *coefficient);
+    if (!coefficient) {
+        dph_fail_memory(err);
+        goto error;
+    }
+    if (!dph_bake(&input, &bake, coefficient, &report, err))
+        goto error;
+
+    start = dph_seconds();
+    thickness = dph_thickness_create(coefficient, welded.npos, bake.bands, welded.position_of,
+                                     body->mesh.nvert, params->store, err);
+    if (!thickness)
+        goto error;
+    thickness->definition = bake.definition;
+    thickness->fit = bake.fit;
+    thickness->directions = report.directions;
+    total->seconds_store += dph_seconds() - start;
+    if (report.untrusted > WARN_SHARE && !explain(scene, number, report.untrusted, err))
+        goto error;
+
+    dph_thickness_destroy(body->thickness);
+    body->thickness = thickness;
+    total->bodies++;
+    total->triangles += body->mesh.ntri;
+    total->vertices += body->mesh.nvert;
+    total->positions += report.positions;
+    total->directions = report.directions;
+    total->threads = report.threads;
+    total->untrusted += report.untrusted * (double)report.positions;
+    total->seconds_sweep += report.seconds_sweep;
+    total->seconds_project += report.seconds_project;
+    welded_finish(&welded);
+    free(coefficient);
+    return true;
+
+error:
+    dph_thickness_destroy(thickness);
+    welded_finish(&welded);
+    free(coefficient);
+    return false;
+}
+
+bool dph_scene_bake(struct dph_scene *scene, const struct dph_scene_bake_params *params,
+                    struct dph_scene_bake_report *report, struct dph_error *err)
+{
+    struct dph_scene_bake_report total = {0};
+    double mm_per_unit = dph_scene_millimetres(scene, params->size_mm), work = 0.0, done = 0.0;
+    for (int pass = 0; pass < 2; pass++) /* first the sum of the work, then the work */
+        for (size_t i = 0; i < scene->nbody; i++) {
+            const struct dph_body *body = &scene->body[i];
+            if (!body->mesh.nvert || (params->missing_only && body->thickness))
+                continue;
+            double part = (double)body->mesh.nvert + (double)body->mesh.ntri;
+            if (pass == 0) {
+                work += part;
+                continue;
+            }
+            struct share share = {.before = done / work, .width = part / work};
+            if (!bake_body(scene, i, params, mm_per_unit, &share, &total, err))
+                return false;
+            done += part;
+        }
+    if (total.positions)
+        total.untrusted /= (double)total.positions;
+    scene->mm_per_unit = mm_per_unit;
+    if (report)
+        *report = total;
+    return true;
+}
