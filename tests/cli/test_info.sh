@@ -31,7 +31,8 @@ grep -q '4 bands' stdout || fail "no word of the baked data: $(cat stdout)"
 known() { # file, triangles, vertices, closed, boundary edges
     [ -f "$data/models/$1" ] || { echo "skipped: no $1"; return; }
     expect 0 info "$data/models/$1" --json
-    field ".triangles == $2 and .closed == $3 and .boundary_edges == $4"
+    field ".triangles == $2 and .closed == $4 and .boundary_edges == $5"
+    case $1 in *.gl*) field ".vertices == $3" ;; esac # the other formats' vertices are split where faces meet in a crease
 }
 known bunny_scan_open.obj 69451 35947 false 223
 known bunny_closed_lr.obj 6598 3301 true 0
