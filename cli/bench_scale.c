@@ -140,19 +140,19 @@ int bench_scale(const struct settings *settings, struct json *json)
                    peak / 1048576.0);
             continue;
         }
-        json_object(json, NULL);
-        json_text(json, "model", "made up");
-        json_count(json, "triangles", report->triangles);
-        json_count(json, "positions", report->positions);
-        json_count(json, "directions", (size_t)report->directions);
-        json_count(json, "threads", (size_t)report->threads);
-        json_text(json, "engine", "sweep");
-        json_text(json, "thickness", dph_definition_name(settings->bake.definition));
-        json_text(json, "fit", dph_fit_name(settings->bake.fit));
-        json_number(json, "pairs_per_second", pairs);
-        json_number(json, "seconds", outcome.seconds);
-        json_number(json, "peak_bytes", peak);
-        json_close(json, '}');
+        emit_object(json, NULL);
+        emit_text(json, "model", "made up");
+        emit_count(json, "triangles", report->triangles);
+        emit_count(json, "positions", report->positions);
+        emit_count(json, "directions", (size_t)report->directions);
+        emit_count(json, "threads", (size_t)report->threads);
+        emit_text(json, "engine", "sweep");
+        emit_text(json, "thickness", dph_definition_name(settings->bake.definition));
+        emit_text(json, "fit", dph_fit_name(settings->bake.fit));
+        emit_number(json, "pairs_per_second", pairs);
+        emit_number(json, "seconds", outcome.seconds);
+        emit_number(json, "peak_bytes", peak);
+        emit_close(json, '}');
     }
     return EXIT_DONE;
 }

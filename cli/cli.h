@@ -96,22 +96,22 @@ bool has_ending(const char *path, const char *ending);
 /* False, with a complaint, where an output cannot be written at `path`: found out before hours of work, not after. */
 bool output_possible(const struct settings *settings, const char *path);
 
-/* json.c: one object on stdout, valid whatever happens to the numbers (what is not finite becomes null). */
+/* json.c (named emit_, since jansson has taken json_): one object on stdout, valid whatever happens to the numbers (what is not finite becomes null). */
 struct json {
     FILE *stream;
     int depth;
     bool first[16];
 };
-void json_begin(struct json *json, FILE *stream);
-void json_end(struct json *json);
+void emit_begin(struct json *json, FILE *stream);
+void emit_end(struct json *json);
 /* `key` is NULL inside arrays. */
-void json_object(struct json *json, const char *key);
-void json_array(struct json *json, const char *key);
-void json_close(struct json *json, char bracket);
-void json_text(struct json *json, const char *key, const char *value); /* NULL gives null */
-void json_count(struct json *json, const char *key, size_t value);
-void json_number(struct json *json, const char *key, double value);
-void json_bool(struct json *json, const char *key, bool value);
+void emit_object(struct json *json, const char *key);
+void emit_array(struct json *json, const char *key);
+void emit_close(struct json *json, char bracket);
+void emit_text(struct json *json, const char *key, const char *value); /* NULL gives null */
+void emit_count(struct json *json, const char *key, size_t value);
+void emit_number(struct json *json, const char *key, double value);
+void emit_bool(struct json *json, const char *key, bool value);
 
 /* progress.c: a bar on stderr, on a terminal only and not with -q or --json. */
 struct progress {

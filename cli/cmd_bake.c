@@ -13,32 +13,32 @@ static void print_json(const struct settings *settings, const struct dph_scene_b
 {
     size_t terms = (size_t)(settings->bake.bands * settings->bake.bands), size = dph_store_size(settings->store);
     struct json json;
-    json_begin(&json, stdout);
-    json_text(&json, "input", settings->input[0]);
-    json_text(&json, "output", settings->output);
-    json_count(&json, "bodies", report->bodies);
-    json_count(&json, "triangles", report->triangles);
-    json_count(&json, "vertices", report->vertices);
-    json_count(&json, "positions", report->positions);
-    json_count(&json, "bands", (size_t)settings->bake.bands);
-    json_count(&json, "directions", (size_t)report->directions);
-    json_text(&json, "thickness", dph_definition_name(settings->bake.definition));
-    json_text(&json, "fit", dph_fit_name(settings->bake.fit));
-    json_text(&json, "store", dph_store_name(settings->store));
-    json_count(&json, "bytes_per_vertex", terms * size);
-    json_count(&json, "bytes_per_vertex_gpu", (terms + 3) / 4 * 4 * size);
-    json_count(&json, "table_bytes", 0);
-    json_number(&json, "untrusted", report->untrusted);
-    json_count(&json, "threads", (size_t)report->threads);
-    json_object(&json, "seconds");
-    json_number(&json, "load", timing->load);
-    json_number(&json, "sweep", report->seconds_sweep);
-    json_number(&json, "project", report->seconds_project);
-    json_number(&json, "store", report->seconds_store);
-    json_number(&json, "save", timing->save);
-    json_number(&json, "total", timing->total);
-    json_close(&json, '}');
-    json_end(&json);
+    emit_begin(&json, stdout);
+    emit_text(&json, "input", settings->input[0]);
+    emit_text(&json, "output", settings->output);
+    emit_count(&json, "bodies", report->bodies);
+    emit_count(&json, "triangles", report->triangles);
+    emit_count(&json, "vertices", report->vertices);
+    emit_count(&json, "positions", report->positions);
+    emit_count(&json, "bands", (size_t)settings->bake.bands);
+    emit_count(&json, "directions", (size_t)report->directions);
+    emit_text(&json, "thickness", dph_definition_name(settings->bake.definition));
+    emit_text(&json, "fit", dph_fit_name(settings->bake.fit));
+    emit_text(&json, "store", dph_store_name(settings->store));
+    emit_count(&json, "bytes_per_vertex", terms * size);
+    emit_count(&json, "bytes_per_vertex_gpu", (terms + 3) / 4 * 4 * size);
+    emit_count(&json, "table_bytes", 0);
+    emit_number(&json, "untrusted", report->untrusted);
+    emit_count(&json, "threads", (size_t)report->threads);
+    emit_object(&json, "seconds");
+    emit_number(&json, "load", timing->load);
+    emit_number(&json, "sweep", report->seconds_sweep);
+    emit_number(&json, "project", report->seconds_project);
+    emit_number(&json, "store", report->seconds_store);
+    emit_number(&json, "save", timing->save);
+    emit_number(&json, "total", timing->total);
+    emit_close(&json, '}');
+    emit_end(&json);
 }
 
 static void print_text(const struct settings *settings, const struct dph_scene_bake_report *report,

@@ -190,17 +190,17 @@ static void print_table(const struct model *model, const struct row *rows, int n
 
 static void print_row(struct json *json, const struct model *model, const struct row *row, int directions)
 {
-    json_object(json, NULL);
-    json_text(json, "model", model->name);
-    json_count(json, "triangles", model->triangles);
-    json_count(json, "positions", model->positions);
-    json_count(json, "directions", (size_t)directions);
-    json_count(json, "threads", (size_t)row->threads);
-    json_text(json, "engine", engine_name[row->engine]);
-    json_text(json, "thickness", dph_definition_name(row->definition));
-    json_number(json, "pairs_per_second", row->pairs / row->seconds);
-    json_number(json, "seconds", row->seconds);
-    json_close(json, '}');
+    emit_object(json, NULL);
+    emit_text(json, "model", model->name);
+    emit_count(json, "triangles", model->triangles);
+    emit_count(json, "positions", model->positions);
+    emit_count(json, "directions", (size_t)directions);
+    emit_count(json, "threads", (size_t)row->threads);
+    emit_text(json, "engine", engine_name[row->engine]);
+    emit_text(json, "thickness", dph_definition_name(row->definition));
+    emit_number(json, "pairs_per_second", row->pairs / row->seconds);
+    emit_number(json, "seconds", row->seconds);
+    emit_close(json, '}');
 }
 
 /* All rows of one model: each definition and number of threads, the sweep and then the rays. */
@@ -294,9 +294,9 @@ static int run(struct settings *settings)
             complain(settings, "out of memory");
             return EXIT_INPUT;
         }
-        json_begin(&json, stream);
-        json_text(&json, "cpu", cpu);
-        json_array(&json, "results");
+        emit_begin(&json, stream);
+        emit_text(&json, "cpu", cpu);
+        emit_array(&json, "results");
     } else {
         printf("diaphan %s on %s, %d directions\n", dph_version(), cpu, (settings->bake.directions + 1) & ~1);
     }
@@ -310,8 +310,8 @@ static int run(struct settings *settings)
             code = bench_file(settings, BUNNY, &json);
     }
     if (settings->json) {
-        json_close(&json, ']');
-        json_end(&json);
+        emit_close(&json, ']');
+        emit_end(&json);
         fclose(stream);
         if (code == EXIT_DONE)
             fwrite(text, 1, length, stdout);

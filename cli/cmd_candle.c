@@ -25,11 +25,11 @@ static int run(struct settings *settings)
     }
     if (settings->json) {
         struct json json;
-        json_begin(&json, stdout);
-        json_text(&json, "output", path);
-        json_count(&json, "triangles", ntri);
-        json_count(&json, "vertices", nvert);
-        json_end(&json);
+        emit_begin(&json, stdout);
+        emit_text(&json, "output", path);
+        emit_count(&json, "triangles", ntri);
+        emit_count(&json, "vertices", nvert);
+        emit_end(&json);
     } else if (!settings->quiet) {
         char triangles[32], vertices[32];
         printf("wrote %s: %s triangles, %s vertices\n", path, with_commas(ntri, triangles),

@@ -56,53 +56,53 @@ static void print_baked(struct json *json, const struct dph_scene *scene)
     size_t count;
     const struct dph_thickness *thickness = baked(scene, &count);
     if (!thickness) {
-        json_text(json, "baked", NULL);
+        emit_text(json, "baked", NULL);
         return;
     }
     size_t size = dph_store_size(thickness->store);
-    json_object(json, "baked");
-    json_count(json, "bodies", count);
-    json_count(json, "bands", (size_t)thickness->bands);
-    json_text(json, "store", dph_store_name(thickness->store));
-    json_text(json, "definition", dph_definition_name(thickness->definition));
-    json_text(json, "fit", dph_fit_name(thickness->fit));
-    json_count(json, "directions", (size_t)thickness->directions);
-    json_number(json, "mm_per_unit", scene->mm_per_unit);
-    json_count(json, "bytes_per_vertex", (size_t)(thickness->bands * thickness->bands) * size);
-    json_count(json, "bytes_per_vertex_gpu", (size_t)thickness->components * size);
-    json_array(json, "scale");
+    emit_object(json, "baked");
+    emit_count(json, "bodies", count);
+    emit_count(json, "bands", (size_t)thickness->bands);
+    emit_text(json, "store", dph_store_name(thickness->store));
+    emit_text(json, "definition", dph_definition_name(thickness->definition));
+    emit_text(json, "fit", dph_fit_name(thickness->fit));
+    emit_count(json, "directions", (size_t)thickness->directions);
+    emit_number(json, "mm_per_unit", scene->mm_per_unit);
+    emit_count(json, "bytes_per_vertex", (size_t)(thickness->bands * thickness->bands) * size);
+    emit_count(json, "bytes_per_vertex_gpu", (size_t)thickness->components * size);
+    emit_array(json, "scale");
     for (int l = 0; l < thickness->bands; l++)
-        json_number(json, NULL, (double)thickness->scale[l]);
-    json_close(json, ']');
-    json_close(json, '}');
+        emit_number(json, NULL, (double)thickness->scale[l]);
+    emit_close(json, ']');
+    emit_close(json, '}');
 }
 
 static void print_json(const struct settings *settings, const struct dph_scene *scene, const struct totals *totals)
 {
     struct json json;
-    json_begin(&json, stdout);
-    json_text(&json, "file", settings->input[0]);
-    json_count(&json, "bodies", scene->nbody);
-    json_count(&json, "instances", scene->ninstance);
-    json_count(&json, "triangles", totals->triangles);
-    json_count(&json, "vertices", totals->vertices);
-    json_count(&json, "positions", totals->positions);
-    json_count(&json, "degenerate_triangles", totals->degenerate);
-    json_count(&json, "boundary_edges", totals->boundary);
-    json_count(&json, "nonmanifold_edges", totals->nonmanifold);
-    json_count(&json, "flipped_edges", totals->flipped);
-    json_count(&json, "components", totals->components);
-    json_bool(&json, "closed", totals->closed);
-    json_array(&json, "bounds");
+    emit_begin(&json, stdout);
+    emit_text(&json, "file", settings->input[0]);
+    emit_count(&json, "bodies", scene->nbody);
+    emit_count(&json, "instances", scene->ninstance);
+    emit_count(&json, "triangles", totals->triangles);
+    emit_count(&json, "vertices", totals->vertices);
+    emit_count(&json, "positions", totals->positions);
+    emit_count(&json, "degenerate_triangles", totals->degenerate);
+    emit_count(&json, "boundary_edges", totals->boundary);
+    emit_count(&json, "nonmanifold_edges", totals->nonmanifold);
+    emit_count(&json, "flipped_edges", totals->flipped);
+    emit_count(&json, "components", totals->components);
+    emit_bool(&json, "closed", totals->closed);
+    emit_array(&json, "bounds");
     for (int side = 0; side < 2; side++) {
-        json_array(&json, NULL);
+        emit_array(&json, NULL);
         for (int k = 0; k < 3; k++)
-            json_number(&json, NULL, scene->bounds[side][k]);
-        json_close(&json, ']');
+            emit_number(&json, NULL, scene->bounds[side][k]);
+        emit_close(&json, ']');
     }
-    json_close(&json, ']');
+    emit_close(&json, ']');
     print_baked(&json, scene);
-    json_end(&json);
+    emit_end(&json);
 }
 
 static void print_text(const struct settings *settings, const struct dph_scene *scene, const struct totals *totals)

@@ -55,21 +55,21 @@ static void report(const struct settings *settings, const struct dph_frame *fram
 {
     if (settings->json) {
         struct json json;
-        json_begin(&json, stdout);
-        json_text(&json, "input", settings->input[0]);
-        json_text(&json, "output", settings->output);
-        json_text(&json, "method", frame->method->name);
-        json_text(&json, "material", frame->material.name);
-        json_text(&json, "renderer", dph_gl_name(gl));
-        json_count(&json, "width", (size_t)frame->width);
-        json_count(&json, "height", (size_t)frame->height);
-        json_count(&json, "lights", (size_t)frame->nlight);
-        json_number(&json, "mm_per_unit", frame->mm_per_unit);
-        json_object(&json, "seconds");
-        json_number(&json, "bake", seconds_bake);
-        json_number(&json, "total", seconds);
-        json_close(&json, '}');
-        json_end(&json);
+        emit_begin(&json, stdout);
+        emit_text(&json, "input", settings->input[0]);
+        emit_text(&json, "output", settings->output);
+        emit_text(&json, "method", frame->method->name);
+        emit_text(&json, "material", frame->material.name);
+        emit_text(&json, "renderer", dph_gl_name(gl));
+        emit_count(&json, "width", (size_t)frame->width);
+        emit_count(&json, "height", (size_t)frame->height);
+        emit_count(&json, "lights", (size_t)frame->nlight);
+        emit_number(&json, "mm_per_unit", frame->mm_per_unit);
+        emit_object(&json, "seconds");
+        emit_number(&json, "bake", seconds_bake);
+        emit_number(&json, "total", seconds);
+        emit_close(&json, '}');
+        emit_end(&json);
     } else if (!settings->quiet) {
         printf("wrote %s: %s in %s, %dx%d\n", settings->output, frame->method->name, frame->material.name,
                frame->width, frame->height);

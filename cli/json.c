@@ -54,36 +54,36 @@ static void open_bracket(struct json *json, const char *key, char bracket)
     json->first[++json->depth] = true;
 }
 
-void json_begin(struct json *json, FILE *stream)
+void emit_begin(struct json *json, FILE *stream)
 {
     *json = (struct json){.stream = stream, .first = {true}};
     open_bracket(json, NULL, '{');
 }
 
-void json_end(struct json *json)
+void emit_end(struct json *json)
 {
-    json_close(json, '}');
+    emit_close(json, '}');
     putc('\n', json->stream);
 }
 
-void json_object(struct json *json, const char *key)
+void emit_object(struct json *json, const char *key)
 {
     open_bracket(json, key, '{');
 }
 
-void json_array(struct json *json, const char *key)
+void emit_array(struct json *json, const char *key)
 {
     open_bracket(json, key, '[');
 }
 
-void json_close(struct json *json, char bracket)
+void emit_close(struct json *json, char bracket)
 {
     json->depth--;
     putc(bracket, json->stream);
 }
 
 /* Bytes that are no UTF-8 (paths may hold any) become '?', so that the object stays valid. */
-void json_text(struct json *json, const char *key, const char *value)
+void emit_text(struct json *json, const char *key, const char *value)
 {
     next(json, key);
     if (!value) {
@@ -105,13 +105,13 @@ void json_text(struct json *json, const char *key, const char *value)
     quoted(json, clean);
 }
 
-void json_count(struct json *json, const char *key, size_t value)
+void emit_count(struct json *json, const char *key, size_t value)
 {
     next(json, key);
     fprintf(json->stream, "%zu", value);
 }
 
-void json_number(struct json *json, const char *key, double value)
+void emit_number(struct json *json, const char *key, double value)
 {
     next(json, key);
     if (isfinite(value))
@@ -120,7 +120,7 @@ void json_number(struct json *json, const char *key, double value)
         fputs("null", json->stream);
 }
 
-void json_bool(struct json *json, const char *key, bool value)
+void emit_bool(struct json *json, const char *key, bool value)
 {
     next(json, key);
     fputs(value ? "true" : "false", json->stream);
