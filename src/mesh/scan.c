@@ -153,7 +153,7 @@ struct dph_word dph_scan_word(const char *text, const char *end)
 {
     struct dph_word word = {"nothing"};
     size_t n = 0;
-    while (text < end && (unsigned char)*text > ' ' && n < 31)
+    while (text < end && *text && !strchr(" \t\r\n", *text) && n < 31)
         word.text[n++] = *text++;
     if (n == 31)
         memcpy(word.text + n, "...", 4);
