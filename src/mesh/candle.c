@@ -59,20 +59,20 @@ struct drip {
 static const struct drip drips[] = {
     /* under the notch: one that has reached the ground, and its companions */
     {0.050, 0.034, 0.020, 0.040, 0.020, 0.010},
-    {0.098, 0.024, 0.760, 0.034, 0.042, 0.008},
-    {0.012, 0.020, 1.120, 0.030, 0.036, 0.006},
+    {0.098, 0.024, 0.760, 0.034, 0.026, 0.008},
+    {0.012, 0.020, 1.120, 0.030, 0.024, 0.006},
     /* elsewhere */
-    {0.170, 0.017, 1.420, 0.024, 0.030, 0.006},
-    {0.262, 0.026, 0.480, 0.032, 0.044, 0.014},
-    {0.318, 0.018, 1.230, 0.026, 0.034, 0.006},
-    {0.410, 0.021, 0.930, 0.028, 0.040, 0.010},
+    {0.170, 0.017, 1.420, 0.024, 0.022, 0.006},
+    {0.262, 0.026, 0.480, 0.032, 0.028, 0.014},
+    {0.318, 0.018, 1.230, 0.026, 0.022, 0.006},
+    {0.410, 0.021, 0.930, 0.028, 0.026, 0.010},
     {0.492, 0.030, 0.030, 0.034, 0.018, 0.016},
-    {0.548, 0.017, 1.340, 0.026, 0.032, 0.005},
-    {0.640, 0.023, 0.640, 0.030, 0.042, 0.010},
-    {0.716, 0.017, 1.500, 0.022, 0.028, 0.004},
-    {0.792, 0.027, 0.860, 0.036, 0.046, 0.012},
-    {0.842, 0.018, 1.280, 0.026, 0.032, 0.006},
-    {0.922, 0.022, 0.290, 0.030, 0.042, 0.012},
+    {0.548, 0.017, 1.340, 0.026, 0.021, 0.005},
+    {0.640, 0.023, 0.640, 0.030, 0.026, 0.010},
+    {0.716, 0.017, 1.500, 0.022, 0.018, 0.004},
+    {0.792, 0.027, 0.860, 0.034, 0.030, 0.012},
+    {0.842, 0.018, 1.280, 0.026, 0.021, 0.006},
+    {0.922, 0.022, 0.290, 0.030, 0.026, 0.012},
 };
 
 #define NDRIP (sizeof drips / sizeof *drips)
@@ -149,15 +149,16 @@ static double drip_height(const struct drip *d, const struct section *s, double 
         return 0;
     double wander = d->wander * noise(20 + (uint32_t)(1000 * d->angle), 0, 1, 2.3 * y);
     double swell = 1 + 0.22 * noise(40 + (uint32_t)(1000 * d->angle), 0, 1, 5 * y);
-    double drop = bell((above - 0.075) / (above < 0.075 ? 0.075 : 0.17));
-    double width = d->width * (0.82 + 0.12 * swell + 0.32 * drop);
+    double drop = bell((above - 0.062) / (above < 0.062 ? 0.09 : 0.19));
+    double width = d->width * (0.84 + 0.12 * swell + 0.30 * drop);
     double x = turn_between(d->angle + wander, s->turn) / width;
-    if (x <= -1 || x >= 1)
+    double end = above < 0.085 ? 1 - above / 0.085 : 0;
+    double p = 1 - x * x - end * end; /* the end is round */
+    if (p <= 0)
         return 0;
-    double across = (1 - x * x) * sqrt(1 - x * x);
-    double along = d->ridge * swell * smooth(above / 0.11) + d->drop * drop;
+    double along = d->ridge * swell + d->drop * drop;
     /* towards the rim a drip flattens out into it */
-    return along * across * (1 - 0.45 * smooth((y - s->top + 0.35) / 0.3));
+    return along * p * sqrt(sqrt(p)) * (1 - 0.45 * smooth((y - s->top + 0.35) / 0.3));
 }
 
 /* The radius of the side at a height. */
