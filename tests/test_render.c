@@ -92,6 +92,7 @@ static void test_backlit_sphere(void **state)
     struct dph_thickness *t = sphere_thickness(&mesh, 1, 6, DPH_STORE_FLOAT);
     struct dph_scene *scene = scene_of(mesh, t);
     struct dph_frame frame = small_frame("shsss", 201, 180, 0);
+    frame.samples = 1; /* with more, where in a pixel that an edge crosses is shaded is the driver's choice */
     frame.mm_per_unit = 10;
     struct dph_image image = picture(scene, &frame);
     double last = 0, first = 0, tallest = 0;
@@ -109,7 +110,7 @@ static void test_backlit_sphere(void **state)
         last = right;
         edge = r;
     }
-    assert_in_range(edge, 80, 100);
+    assert_in_range(edge, 60, 63); /* tan(asin(1 / (3 sqrt 3))) / tan(17.5 degrees) of 100 */
     assert_true(tallest > 2 * first && first > 0);
     dph_image_finish(&image);
     dph_scene_destroy(scene);
@@ -147,7 +148,7 @@ static void test_lambert_sphere(void **state)
                     mu += (d[i] / length * hit + (i == 2 ? eye : 0)) / 2 * frame.light[0].to_light[i];
                 assert_true(p[3] == 1);
                 for (int c = 0; c < 3; c++)
-                    assert_float_equal(p[c], (double)k.albedo[c] / PI * (1 + c) * fmax(mu, 0), .006);
+                    assert_float_equal(p[c], (double)k.albedo[c] / PI * (1 + c) * fmax(mu, 0), .01);
             }
         }
     /* the cone that touches the sphere has half-angle asin(2 / eye) */
@@ -164,6 +165,7 @@ static void test_formulas(void **state)
     static const char *const names[] = {"wax", "marble", "skin1", "ketchup", "spectralon"};
     static const double lengths[] = {-3, 0, .1, 1, 7, 300}, elevations[] = {90, 50, -10, -60};
     struct dph_frame frame = small_frame("shsss", 9, 0, 0);
+    frame.samples = 1; /* the point that is shaded is the middle of the pixel */
     for (size_t m = 0; m < 5; m++)
         for (int variant = 0; variant < 4; variant++)
             for (size_t i = 0; i < 6; i++) {
@@ -279,6 +281,7 @@ static void test_mirrored(void **state)
         struct dph_thickness *t = sphere_thickness(&mesh, 1, 6, DPH_STORE_FLOAT);
         struct dph_scene *scene = scene_of(mesh, t);
         struct dph_frame frame = small_frame(k ? "lambert" : "shsss", 64, 60, 20);
+        frame.samples = 1;
         struct dph_image a = picture(scene, &frame);
         scene->instance[0].matrix[0] = -1;
         double low = scene->bounds[0][0];
@@ -291,7 +294,7 @@ static void test_mirrored(void **state)
             for (int x = 0; x < 64; x++)
                 if (pixel_at(&a, x, y)[3] == 1 && pixel_at(&b, 63 - x, y)[3] == 1)
                     difference = fmax(difference, fabs((double)pixel_at(&a, x, y)[0] - (double)pixel_at(&b, 63 - x, y)[0]));
-        assert_true(difference < .01);
+        assert_true(difference < .003);
         dph_image_finish(&a);
         dph_image_finish(&b);
         dph_scene_destroy(scene);

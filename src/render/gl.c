@@ -64,11 +64,14 @@ static int find_file(const char *name, size_t length)
     return -1;
 }
 
+/* Lines are numbered file * LINES + line: the number of the source string that #line may set as well is lost in Mesa's messages. */
+#define LINES 10000
+
 /* Appends file number `file`, its includes in their places, each at most once (`seen`, a bit a file). */
 static bool expand(struct text *text, int file, unsigned *seen, struct dph_error *err)
 {
     *seen |= 1u << file;
-    appendf(text, "#line 1 %d\n", file);
+    appendf(text, "#line %d\n", file * LINES + 1);
     int number = 1;
     for (const char *line = dph_shader_files[file].text; *line; number++) {
         size_t length = strcspn(line, "\n");
@@ -81,7 +84,7 @@ static bool expand(struct text *text, int file, unsigned *seen, struct dph_error
                                 dph_shader_files[file].name, number, (int)name, quote);
             if (!(*seen & 1u << other) && !expand(text, other, seen, err))
                 return false;
-            appendf(text, "#line %d %d\n", number + 1, file);
+            appendf(text, "#line %d\n", file * LINES + number + 1);
         } else {
             append(text, line, length);
             append(text, "\n", 1);
@@ -117,13 +120,15 @@ char *dph_shader_text(const char *name, const char *defines, struct dph_error *e
 /* Describes a compiler's log: Mesa begins lines with "FILE:LINE(COLUMN): ", NVIDIA with "FILE(LINE) : ". */
 static bool fail_log(const char *log, const char *label, struct dph_error *err)
 {
-    int file = -1, line = 0, used = 0, count = 0;
+    int line = 0, used = 0, count = 0;
     while (dph_shader_files[count].name)
         count++;
-    if ((sscanf(log, "%d:%d(%*d):%n", &file, &line, &used) < 2 || !used) &&
-        (sscanf(log, "%d(%d) :%n", &file, &line, &used) < 2 || !used))
-        file = -1;
-    if (file < 0 || file >= count)
+    if ((sscanf(log, "%*d:%d(%*d):%n", &line, &used) < 1 || !used) &&
+        (sscanf(log, "%*d(%d) :%n", &line, &used) < 1 || !used))
+        line = 0;
+    int file = line / LINES;
+    line %= LINES;
+    if (line < 1 || file >= count)
         return dph_fail(err, DPH_ERROR_CAPABILITY, "%s: %.300s", label, log);
     const char *rest = log + used + strspn(log + used, " ");
     return dph_fail(err, DPH_ERROR_CAPABILITY, "shaders/%s:%d: %.*s", dph_shader_files[file].name,

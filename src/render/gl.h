@@ -41,7 +41,7 @@ bool dph_gl_check(const char *pass, struct dph_error *err);
 void dph_gl_drain(void);
 
 /* The text of an embedded shader with its includes, as it goes to the compiler. malloc'ed; NULL: DPH_ERROR_MEMORY, or
- * DPH_ERROR_ARGUMENT for a file that is not there. The number in each #line is the place of the file in the table. */
+ * DPH_ERROR_ARGUMENT for a file that is not there. */
 char *dph_shader_text(const char *name, const char *defines, struct dph_error *err);
 
 #endif

@@ -192,6 +192,9 @@ bool dph_renderer_thickness(struct dph_renderer *renderer, const struct dph_fram
     if (!gpu->vectors)
         return dph_fail(err, DPH_ERROR_ARGUMENT, "body %zu is not baked", placed->body);
     dph_gl_drain();
+    /* nothing is drawn, but without a window GL wants a framebuffer all the same */
+    if (!renderer->target.frame && !dph_target_fit(&renderer->target, 16, 16, 1, err))
+        return false;
     struct dph_frame one = *frame;
     one.nlight = 1;
     draw.frame = &one;
@@ -204,6 +207,7 @@ bool dph_renderer_thickness(struct dph_renderer *renderer, const struct dph_fram
     glGenBuffers(1, &buffer);
     glBindBufferBase(GL_TRANSFORM_FEEDBACK_BUFFER, 0, buffer);
     glBufferData(GL_TRANSFORM_FEEDBACK_BUFFER, bytes, NULL, GL_STREAM_READ);
+    glBindFramebuffer(GL_FRAMEBUFFER, renderer->target.frame);
     glUseProgram(program->id);
     dph_draw_place(&draw, program, placed, gpu->vectors);
     glBindVertexArray(gpu->array);
@@ -212,6 +216,8 @@ bool dph_renderer_thickness(struct dph_renderer *renderer, const struct dph_fram
     glDrawArrays(GL_POINTS, 0, (GLsizei)gpu->nvert);
     glEndTransformFeedback();
     glDisable(GL_RASTERIZER_DISCARD);
+    glFrontFace(GL_CCW);
+    glBindFramebuffer(GL_FRAMEBUFFER, 0);
     glBindVertexArray(0);
     glUseProgram(0);
     glGetBufferSubData(GL_TRANSFORM_FEEDBACK_BUFFER, 0, bytes, row);
