@@ -124,7 +124,7 @@ static inline struct dph_scene *scene_of(struct dph_mesh mesh, struct dph_thickn
 /* A picture of a scene, drawn by a renderer of its own. */
 static inline struct dph_image picture(const struct dph_scene *scene, const struct dph_frame *frame)
 {
-    struct dph_image image;
+    struct dph_image image = {0};
     struct dph_error err = {0};
     struct dph_renderer *renderer = dph_renderer_create(scene, &err);
     if (!renderer || !dph_image_init(&image, frame->width, frame->height, &err) ||
