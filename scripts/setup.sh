@@ -46,7 +46,7 @@ fi
 if [ -f tests/validator/package.json ] && [ ! -d tests/validator/node_modules/gltf-validator ]; then
     echo "setup: installing the glTF validator"
     if [ -f tests/validator/package-lock.json ]; then action=ci; else action=install; fi
-    (cd tests/validator && npm "$action" --no-audit --no-fund --loglevel=error) ||
+    (cd tests/validator && npm "$action" --no-audit --no-fund --loglevel=error --fetch-retries=1) ||
         echo "setup: the glTF validator could not be had; its test will be skipped" >&2
 fi
 echo "setup: everything is there"
