@@ -37,9 +37,9 @@ expect 0 bake box.obj -o a.glb -q --material skin1 --size-mm 200
 expect 0 bake box.obj -o b.glb -q --material skin1 --size-mm 2
 cmp -s a.glb b.glb && fail "the size makes no difference to the weighted fit"
 
-# a candle with its lower end cut off: the samples do not add up, and the user hears of it
+# a candle with every tenth face missing: the samples do not add up, and the user hears of it
 expect 0 candle -o candle.obj -q
-head -n -20000 candle.obj >open.obj
+awk '!/^f/ || ++n % 10' candle.obj >open.obj
 expect 0 bake open.obj -o open.glb --directions 64 --json
 field '.untrusted > 0.01'
 grep -qE '^diaphan bake: warning: .*boundary edges.*close the holes' stderr || fail "no warning: $(cat stderr)"
