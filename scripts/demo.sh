@@ -6,10 +6,10 @@ bunny=/usr/share/glmark2/models/bunny.obj
 mkdir -p "$out"
 
 if [ -f "$bunny" ]; then
-    "$diaphan" bake "$bunny" -o "$out/bunny.glb" --material wax --size-mm 30
-    "$diaphan" render "$out/bunny.glb" -o "$out/bunny.png" --material wax --light 160,25,9,9,9 --camera 0,10,3
+    "$diaphan" bake "$bunny" -o "$out/bunny.glb" --material wax --size-mm 80
+    "$diaphan" render "$out/bunny.glb" -o "$out/bunny.png" --material wax --light 160,30,9,9,9 --camera 10,12,2.8
 fi
 "$diaphan" candle -o "$out/candle-bare.glb" -q
-"$diaphan" bake "$out/candle-bare.glb" -o "$out/candle.glb" --material wax --size-mm 30
-"$diaphan" render "$out/candle.glb" -o "$out/candle.png" --material wax --light 165,35,9,9,9 --camera 0,20,3
+"$diaphan" bake "$out/candle-bare.glb" -o "$out/candle.glb" --material wax --size-mm 60
+"$diaphan" render "$out/candle.glb" -o "$out/candle.png" --material wax --light 165,35,6,6,6 --camera 0,20,3
 rm "$out/candle-bare.glb"
