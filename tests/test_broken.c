@@ -1,4 +1,5 @@
-/* Broken OBJ, PLY and STL files: each is refused with the right code, the place and the value, and nothing is left behind. */
+/* Broken OBJ, PLY and STL files: each is refused with the right code, the place and the value, and
+ * nothing is left behind. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -32,20 +33,24 @@ static const struct {
     {OBJ, "", 0, DPH_ERROR_INPUT, "x:1:", "without a face"},
     {OBJ, "\n\n# nothing\n", 0, DPH_ERROR_INPUT, "x:4:", "without a face"},
     {OBJ, V3, 0, DPH_ERROR_INPUT, "x:4:", "without a face"},
-    {OBJ, V3 "f 1 2 9001\n", 0, DPH_ERROR_INPUT, "x:4:", "face refers to vertex 9001, the mesh has 3"},
+    {OBJ, V3 "f 1 2 9001\n", 0, DPH_ERROR_INPUT,
+     "x:4:", "face refers to vertex 9001, the mesh has 3"},
     {OBJ, V3 "f 1 2 3\nf 1 2 4\nf 1 2 5\n", 0, DPH_ERROR_INPUT, "x:5:", "vertex 4, the mesh has 3"},
-    {OBJ, "f 1 2 5\nf 1 2 4\n" V3 "v 1 1 1\n", 0, DPH_ERROR_INPUT, "x:1:", "vertex 5, the mesh has 4"},
+    {OBJ, "f 1 2 5\nf 1 2 4\n" V3 "v 1 1 1\n", 0, DPH_ERROR_INPUT,
+     "x:1:", "vertex 5, the mesh has 4"},
     {OBJ, V3 "f 1 2 0\n", 0, DPH_ERROR_INPUT, "x:4:", "vertex 0"},
     {OBJ, V3 "f 1 2 -4\n", 0, DPH_ERROR_INPUT, "x:4:", "vertex -4, only 3"},
     {OBJ, V3 "f -1 -2 -9223372036854775808\n", 0, DPH_ERROR_INPUT, "x:4:", "vertex -"},
-    {OBJ, V3 "f 1 2 99999999999999999999999\n", 0, DPH_ERROR_INPUT, "x:4:", "the most is 2147483648"},
+    {OBJ, V3 "f 1 2 99999999999999999999999\n", 0, DPH_ERROR_INPUT,
+     "x:4:", "the most is 2147483648"},
     {OBJ, V3 "f 1 2 2147483648\n", 0, DPH_ERROR_INPUT, "x:4:", "vertex 2147483648, the mesh has 3"},
     {OBJ, V3 "f 1 2\n", 0, DPH_ERROR_INPUT, "x:4:", "face has 2 corners"},
     {OBJ, V3 "f \n", 0, DPH_ERROR_INPUT, "x:4:", "face has 0 corners"},
     {OBJ, V3 "f 1 2", 0, DPH_ERROR_INPUT, "x:4:", "face has 2 corners"},
     {OBJ, V3 "f 1 2 \\\n\\\n", 0, DPH_ERROR_INPUT, "x:6:", "face has 2 corners"},
     {OBJ, V3 "f 1/1 2/1 3/1\n", 0, DPH_ERROR_INPUT, "x:4:", "texture coordinate 1, the file has 0"},
-    {OBJ, V3 "vn 0 0 1\nf 1//1 2//2 3//1\n", 0, DPH_ERROR_INPUT, "x:5:", "normal 2, the file has 1"},
+    {OBJ, V3 "vn 0 0 1\nf 1//1 2//2 3//1\n", 0, DPH_ERROR_INPUT,
+     "x:5:", "normal 2, the file has 1"},
     {OBJ, V3 "f 1/-1 2 3\n", 0, DPH_ERROR_INPUT, "x:4:", "texture coordinate -1, only 0"},
     {OBJ, V3 "f 1 2 x\n", 0, DPH_ERROR_INPUT, "x:4:", "not x"},
     {OBJ, V3 "f 1 2 3.5\n", 0, DPH_ERROR_INPUT, "x:4:", "not .5"},
@@ -60,79 +65,111 @@ static const struct {
     {OBJ, "v 0 \0 0\n", 9, DPH_ERROR_INPUT, "x:1:", "not nothing"},
     {OBJ, V3 "vn 0 1\n", 0, DPH_ERROR_INPUT, "x:4:", "normal has 2 numbers"},
     {OBJ, V3 "vt \n", 0, DPH_ERROR_INPUT, "x:4:", "texture coordinate has 0 numbers"},
-    {OBJ, "\x7f" "ELF\2\1\1\0\0\0", 10, DPH_ERROR_INPUT, "x:1:", "without a face"},
+    {OBJ,
+     "\x7f"
+     "ELF\2\1\1\0\0\0",
+     10, DPH_ERROR_INPUT, "x:1:", "without a face"},
     {OBJ, "v 0 0 \x1b[31m\n", 0, DPH_ERROR_INPUT, "x:1:", "not ?[31m"},
 
     {PLY, "", 0, DPH_ERROR_INPUT, "x:1:", "ends inside its header"},
     {PLY, "plx\n", 0, DPH_ERROR_INPUT, "x:1:", "does not begin with \"ply\""},
-    {PLY, "ply\nformat ascii 1.0\nelement vertex 3\n", 0, DPH_ERROR_INPUT, "x:4:", "ends inside its header"},
+    {PLY, "ply\nformat ascii 1.0\nelement vertex 3\n", 0, DPH_ERROR_INPUT,
+     "x:4:", "ends inside its header"},
     {PLY, "ply\nelement vertex 3\n" XYZ "end_header\n", 0, DPH_ERROR_INPUT, "x:6:", "no format"},
     {PLY, "ply\nformat text 1.0\n", 0, DPH_ERROR_INPUT, "x:2:", "\"text\""},
     {PLY, "ply\nformat ascii 2.0\n", 0, DPH_ERROR_UNSUPPORTED, "x:2:", "\"2.0\""},
     {PLY, "ply\nformat ascii 1.0\nelement vertex -3\n", 0, DPH_ERROR_INPUT, "x:3:", "\"-3\""},
     {PLY, "ply\nformat ascii 1.0\nelement vertex\n", 0, DPH_ERROR_INPUT, "x:3:", "no count"},
-    {PLY, "ply\nformat ascii 1.0\nproperty float x\n", 0, DPH_ERROR_INPUT, "x:3:", "before the first element"},
-    {PLY, "ply\nformat ascii 1.0\nelement vertex 1\nproperty half x\n", 0, DPH_ERROR_INPUT, "x:4:", "\"half\""},
-    {PLY, "ply\nformat ascii 1.0\nelement vertex 1\nproperty float\n", 0, DPH_ERROR_INPUT, "x:4:", "without a name"},
-    {PLY, "ply\nformat ascii 1.0\nelement vertex 1\nproperty list float int x\n", 0, DPH_ERROR_INPUT, "x:4:", "float"},
-    {PLY, "ply\nformat ascii 1.0\nelement vertex 1\nelement vertex 1\n", 0, DPH_ERROR_INPUT, "x:4:", "comes twice"},
+    {PLY, "ply\nformat ascii 1.0\nproperty float x\n", 0, DPH_ERROR_INPUT,
+     "x:3:", "before the first element"},
+    {PLY, "ply\nformat ascii 1.0\nelement vertex 1\nproperty half x\n", 0, DPH_ERROR_INPUT,
+     "x:4:", "\"half\""},
+    {PLY, "ply\nformat ascii 1.0\nelement vertex 1\nproperty float\n", 0, DPH_ERROR_INPUT,
+     "x:4:", "without a name"},
+    {PLY, "ply\nformat ascii 1.0\nelement vertex 1\nproperty list float int x\n", 0,
+     DPH_ERROR_INPUT, "x:4:", "float"},
+    {PLY, "ply\nformat ascii 1.0\nelement vertex 1\nelement vertex 1\n", 0, DPH_ERROR_INPUT,
+     "x:4:", "comes twice"},
     {PLY, "ply\nformat ascii 1.0\nsurprise\n", 0, DPH_ERROR_INPUT, "x:3:", "\"surprise\""},
-    {PLY, "ply\nformat ascii 1.0\nelement face 1\n" LIST "end_header\n3 0 1 2\n", 0, DPH_ERROR_INPUT, "x:6:", "no element \"vertex\""},
-    {PLY, "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float z\nend_header\n0 0\n", 0,
-     DPH_ERROR_INPUT, "x:7:", "no y"},
-    {PLY, "ply\nformat ascii 1.0\nelement vertex 1000000000000\n" XYZ "end_header\n0 0 0\n", 0, DPH_ERROR_INPUT, "x:8:",
-     "1000000000000 rows of \"vertex\""},
-    {PLY, "ply\nformat ascii 1.0\nelement vertex 3\n" XYZ "element face 1\nproperty int a\nend_header\n" POINTS "1\n", 0,
-     DPH_ERROR_INPUT, "x:12:", "no list vertex_indices"},
-    {PLY, "ply\nformat ascii 1.0\nelement vertex 3\n" XYZ "element face 1\nproperty list int float vertex_index\nend_header\n" POINTS "3 0 1 2\n",
+    {PLY, "ply\nformat ascii 1.0\nelement face 1\n" LIST "end_header\n3 0 1 2\n", 0,
+     DPH_ERROR_INPUT, "x:6:", "no element \"vertex\""},
+    {PLY,
+     "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float z\nend_header\n0 "
+     "0\n",
+     0, DPH_ERROR_INPUT, "x:7:", "no y"},
+    {PLY, "ply\nformat ascii 1.0\nelement vertex 1000000000000\n" XYZ "end_header\n0 0 0\n", 0,
+     DPH_ERROR_INPUT, "x:8:", "1000000000000 rows of \"vertex\""},
+    {PLY,
+     "ply\nformat ascii 1.0\nelement vertex 3\n" XYZ "element face 1\nproperty int "
+                                                     "a\nend_header\n" POINTS "1\n",
+     0, DPH_ERROR_INPUT, "x:12:", "no list vertex_indices"},
+    {PLY,
+     "ply\nformat ascii 1.0\nelement vertex 3\n" XYZ "element face 1\nproperty list int float "
+                                                     "vertex_index\nend_header\n" POINTS "3 0 1 "
+                                                                                         "2\n",
      0, DPH_ERROR_INPUT, "x:12:", "are floats"},
     {PLY, HEAD "0.00 0.00 0.00\n1.00 0.00 0.00\n0.00 1", 0, DPH_ERROR_INPUT, "x:12:", "ends"},
     {PLY, HEAD POINTS "3 0 1\n", 0, DPH_ERROR_INPUT, "x:14:", "ends where a number"},
-    {PLY, HEAD POINTS "3 0 1 3\n", 0, DPH_ERROR_INPUT, "x:13:", "face 0 refers to vertex 3, the mesh has 3"},
+    {PLY, HEAD POINTS "3 0 1 3\n", 0, DPH_ERROR_INPUT,
+     "x:13:", "face 0 refers to vertex 3, the mesh has 3"},
     {PLY, HEAD POINTS "3 0 1 -1\n", 0, DPH_ERROR_INPUT, "x:13:", "face 0 refers to vertex -1"},
     {PLY, HEAD POINTS "2 0 1 \n", 0, DPH_ERROR_INPUT, "x:13:", "face 0 has 2 corners"},
     {PLY, HEAD POINTS "200 0 1 2\n", 0, DPH_ERROR_INPUT, "x:13:", "list of 200"},
     {PLY, HEAD POINTS "-3 0 1 2\n", 0, DPH_ERROR_INPUT, "x:13:", "list of -3"},
     {PLY, HEAD "0 0 nan\n1 0 0\n0 1 0\n3 0 1 2\n", 0, DPH_ERROR_INPUT, "x:10:", "\"nan\""},
-    {PLY, HEAD "0 0 1e99\n1 0 0\n0 1 0\n3 0 1 2\n", 0, DPH_ERROR_INPUT, "x:10:", "vertex 0 has the z inf"},
+    {PLY, HEAD "0 0 1e99\n1 0 0\n0 1 0\n3 0 1 2\n", 0, DPH_ERROR_INPUT,
+     "x:10:", "vertex 0 has the z inf"},
     {PLY, HEAD "0 0 0;\n1 0 0\n0 1 0\n3 0 1 2\n", 0, DPH_ERROR_INPUT, "x:10:", "\"0;\""},
-    {PLY, "ply\nformat ascii 1.0\nelement vertex 3\n" XYZ "end_header\n" POINTS, 0, DPH_ERROR_INPUT, "x:", "without a triangle"},
-    {PLY, LITTLE "element vertex 1\n" XYZ "end_header\n\0\0\0\0\0\0\xc0\x7f\0\0\0\0", 127, DPH_ERROR_INPUT,
-     "byte 119", "vertex 0 has the y nan"},
-    {PLY, LITTLE "element vertex 1\n" XYZ "end_header\n\0\0\0\0\0\0\0\0\0\0\0", 126, DPH_ERROR_INPUT, "byte 115",
-     "1 rows of \"vertex\" do not fit in the 11 bytes"},
-    {PLY, LITTLE "element face 1\n" LIST "element vertex 1\n" XYZ "end_header\n\x03\0\0\0\0\7\0\0\0\0\0\0\0"
-     "\0\0\0\0\0\0\0\0\0\0\0\0", 194, DPH_ERROR_INPUT, "byte 174", "vertex 7, the mesh has 1"},
-    {PLY, LITTLE "element vertex 0\n" XYZ "element junk 4000000000\nproperty list uint double a\nend_header\n\xff\xff\xff\xff",
+    {PLY, "ply\nformat ascii 1.0\nelement vertex 3\n" XYZ "end_header\n" POINTS, 0, DPH_ERROR_INPUT,
+     "x:", "without a triangle"},
+    {PLY, LITTLE "element vertex 1\n" XYZ "end_header\n\0\0\0\0\0\0\xc0\x7f\0\0\0\0", 127,
+     DPH_ERROR_INPUT, "byte 119", "vertex 0 has the y nan"},
+    {PLY, LITTLE "element vertex 1\n" XYZ "end_header\n\0\0\0\0\0\0\0\0\0\0\0", 126,
+     DPH_ERROR_INPUT, "byte 115", "1 rows of \"vertex\" do not fit in the 11 bytes"},
+    {PLY,
+     LITTLE "element face 1\n" LIST "element vertex 1\n" XYZ "end_"
+                                                             "header\n\x03\0\0\0\0\7\0\0\0\0\0\0\0"
+            "\0\0\0\0\0\0\0\0\0\0\0\0",
+     194, DPH_ERROR_INPUT, "byte 174", "vertex 7, the mesh has 1"},
+    {PLY,
+     LITTLE "element vertex 0\n" XYZ "element junk 4000000000\nproperty list uint double "
+                                     "a\nend_header\n\xff\xff\xff\xff",
      171, DPH_ERROR_INPUT, "byte 167", "4000000000 rows of \"junk\""},
 
     {STL, "", 0, DPH_ERROR_INPUT, "byte 0", "inside its header"},
     {STL, "sol", 0, DPH_ERROR_INPUT, "byte 3", "inside its header"},
     {STL, "solid\n", 0, DPH_ERROR_INPUT, "x:2:", "\"facet\" must stand here, not \"nothing\""},
     {STL, "solid\nendsolid\n", 0, DPH_ERROR_INPUT, "x:3:", "without a triangle"},
-    {STL, "solid a\n" FACET "vertex 0 0 0\nvertex 1 0 0\n", 0, DPH_ERROR_INPUT, "x:6:", "\"vertex\" must stand here"},
-    {STL, "solid a\n" FACET "vertex 0 0 0\nvertex 1 0 zero\n", 0, DPH_ERROR_INPUT, "x:5:", "\"zero\""},
-    {STL, "solid a\n" FACET "vertex 0 0 0\nvertex 1 0 nan\n", 0, DPH_ERROR_INPUT, "x:5:", "\"nan\""},
-    {STL, "solid a\n" FACET "vertex 0 0 0\nvertex 1 0 1e60\n", 0, DPH_ERROR_INPUT, "x:5:", "\"1e60\""},
-    {STL, "solid a\n" FACET "vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nvertex 1 1 0\n", 0, DPH_ERROR_INPUT, "x:7:",
-     "\"endloop\" must stand here, not \"vertex\""},
+    {STL, "solid a\n" FACET "vertex 0 0 0\nvertex 1 0 0\n", 0, DPH_ERROR_INPUT,
+     "x:6:", "\"vertex\" must stand here"},
+    {STL, "solid a\n" FACET "vertex 0 0 0\nvertex 1 0 zero\n", 0, DPH_ERROR_INPUT,
+     "x:5:", "\"zero\""},
+    {STL, "solid a\n" FACET "vertex 0 0 0\nvertex 1 0 nan\n", 0, DPH_ERROR_INPUT,
+     "x:5:", "\"nan\""},
+    {STL, "solid a\n" FACET "vertex 0 0 0\nvertex 1 0 1e60\n", 0, DPH_ERROR_INPUT,
+     "x:5:", "\"1e60\""},
+    {STL, "solid a\n" FACET "vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nvertex 1 1 0\n", 0,
+     DPH_ERROR_INPUT, "x:7:", "\"endloop\" must stand here, not \"vertex\""},
     {STL, "solid a\nfacets\n", 0, DPH_ERROR_INPUT, "x:2:", "\"facets\""},
-    {STL, "solid a\n" FACET "vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n", 0, DPH_ERROR_INPUT, "x:9:",
-     "\"nothing\""},
+    {STL, "solid a\n" FACET "vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n", 0,
+     DPH_ERROR_INPUT, "x:9:", "\"nothing\""},
 };
 
-static bool read_as(enum format format, const void *data, size_t size, struct dph_mesh *mesh, struct dph_error *err)
+static bool read_as(enum format format, const void *data, size_t size, struct dph_mesh *mesh,
+                    struct dph_error *err)
 {
     struct dph_file file = {malloc(size + 1), size};
     memcpy(file.data, data, size);
     file.data[size] = 0;
-    bool ok = (format == OBJ ? dph_read_obj : format == PLY ? dph_read_ply : dph_read_stl)(mesh, &file, "x", NULL, err);
+    bool ok = (format == OBJ   ? dph_read_obj
+               : format == PLY ? dph_read_ply
+                               : dph_read_stl)(mesh, &file, "x", NULL, err);
     dph_file_finish(&file);
     return ok;
 }
 
-static void expect(enum format format, const void *data, size_t size, enum dph_code code, const char *place,
-                   const char *value)
+static void expect(enum format format, const void *data, size_t size, enum dph_code code,
+                   const char *place, const char *value)
 {
     struct dph_mesh mesh;
     struct dph_error err = {0};
@@ -140,7 +177,8 @@ static void expect(enum format format, const void *data, size_t size, enum dph_c
         fail_msg("accepted: %s %s", place, value);
     if (err.code != code || strncmp(err.message, "x:", 2) != 0 || !strstr(err.message, place) ||
         !strstr(err.message, value) || strchr(err.message, '\n'))
-        fail_msg("code %d \"%s\", wanted %d with \"%s\" and \"%s\"", err.code, err.message, code, place, value);
+        fail_msg("code %d \"%s\", wanted %d with \"%s\" and \"%s\"", err.code, err.message, code,
+                 place, value);
     assert_null(mesh.position);
     assert_null(mesh.index);
     assert_false(read_as(format, data, size, &mesh, NULL)); /* a caller who does not care */
@@ -150,8 +188,9 @@ static void test_table(void **state)
 {
     (void)state;
     for (size_t i = 0; i < sizeof broken / sizeof *broken; i++)
-        expect(broken[i].format, broken[i].bytes, broken[i].size ? broken[i].size : strlen(broken[i].bytes),
-               broken[i].code, broken[i].place, broken[i].value);
+        expect(broken[i].format, broken[i].bytes,
+               broken[i].size ? broken[i].size : strlen(broken[i].bytes), broken[i].code,
+               broken[i].place, broken[i].value);
 }
 
 static void test_binary_stl(void **state)
@@ -165,29 +204,37 @@ static void test_binary_stl(void **state)
     struct dph_mesh mesh;
     assert_true(read_as(STL, bytes, sizeof bytes, &mesh, NULL));
     dph_mesh_finish(&mesh);
-    expect(STL, bytes, sizeof bytes - 1, DPH_ERROR_INPUT, "byte 80", "2 triangles need 184 bytes, the file has 183");
+    expect(STL, bytes, sizeof bytes - 1, DPH_ERROR_INPUT, "byte 80",
+           "2 triangles need 184 bytes, the file has 183");
     expect(STL, bytes, 84, DPH_ERROR_INPUT, "byte 80", "the file has 84");
     expect(STL, bytes, 83, DPH_ERROR_INPUT, "byte 83", "header");
     bytes[83] = 0xff;
-    expect(STL, bytes, sizeof bytes, DPH_ERROR_INPUT, "byte 80", "4278190082 triangles need 213909504184 bytes");
+    expect(STL, bytes, sizeof bytes, DPH_ERROR_INPUT, "byte 80",
+           "4278190082 triangles need 213909504184 bytes");
     bytes[83] = 0;
     bytes[80] = 1;
-    expect(STL, bytes, sizeof bytes, DPH_ERROR_INPUT, "byte 80", "1 triangles need 134 bytes, the file has 184");
+    expect(STL, bytes, sizeof bytes, DPH_ERROR_INPUT, "byte 80",
+           "1 triangles need 134 bytes, the file has 184");
     bytes[80] = 0;
     expect(STL, bytes, 84, DPH_ERROR_INPUT, "byte 80", "0 triangles");
     bytes[80] = 2;
     memset(bytes + 84 + 50 + 12 + 8, 0xff, 4);
-    expect(STL, bytes, sizeof bytes, DPH_ERROR_INPUT, "byte 154", "triangle 1 has the coordinate -nan");
+    expect(STL, bytes, sizeof bytes, DPH_ERROR_INPUT, "byte 154",
+           "triangle 1 has the coordinate -nan");
 }
 
-/* Every prefix of a good file, and every file with one byte changed, is read or refused, but never crashes, and says why. */
+/* Every prefix of a good file, and every file with one byte changed, is read or refused, but never
+ * crashes, and says why. */
 static void test_prefixes_and_changes(void **state)
 {
     (void)state;
-    static const char obj[] = V3 "v 1 1 0\nvt 0 1\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1\nf -1//1 2//1 3//1\n";
+    static const char obj[] = V3 "v 1 1 0\nvt 0 1\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1\nf -1//1 2//1 "
+                                 "3//1\n";
     static const char ply[] = LITTLE "element vertex 3\n" XYZ "element face 1\n" LIST "end_header\n"
-        "\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x80\x3f\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x80\x3f\0\0\0\0\x03\0\0\0\0\1\0\0\0\2\0\0\0";
-    static const char stl[] = "solid a\n" FACET "vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a\n";
+                                     "\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x80\x3f\0\0\0\0\0\0\0\0\0\0\0\0"
+                                     "\0\0\x80\x3f\0\0\0\0\x03\0\0\0\0\1\0\0\0\2\0\0\0";
+    static const char stl[] = "solid a\n" FACET "vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 "
+                                                "0\nendloop\nendfacet\nendsolid a\n";
     const char *good[3] = {obj, ply, stl};
     const size_t size[3] = {sizeof obj - 1, sizeof ply - 1, sizeof stl - 1};
     for (int f = 0; f < 3; f++) {

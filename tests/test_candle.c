@@ -1,4 +1,5 @@
-/* The candle: counts, a closed body that does not cut itself, sound triangles and normals, and the same bytes everywhere. */
+/* The candle: counts, a closed body that does not cut itself, sound triangles and normals, and the
+ * same bytes everywhere. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -56,23 +57,28 @@ static void test_triangles_are_sound(void **state)
             v[k] = (double)p[6 + k] - p[k];
             w[k] = v[k] - u[k];
         }
-        double normal[3] = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
+        double normal[3] = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2],
+                            u[0] * v[1] - u[1] * v[0]};
         double area = sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
         const double *side[3] = {u, v, w};
         for (int k = 0; k < 3; k++)
-            longest = fmax(longest, sqrt(side[k][0] * side[k][0] + side[k][1] * side[k][1] + side[k][2] * side[k][2]));
+            longest = fmax(longest, sqrt(side[k][0] * side[k][0] + side[k][1] * side[k][1] +
+                                         side[k][2] * side[k][2]));
         least_height = fmin(least_height, area / longest);
         for (int k = 0; k < 3; k++) {
             const float *m = n + 3 * k;
             double size = sqrt((double)m[0] * m[0] + (double)m[1] * m[1] + (double)m[2] * m[2]);
             assert_true(fabs(size - 1) < 1e-6);
-            least_cosine = fmin(least_cosine, (m[0] * normal[0] + m[1] * normal[1] + m[2] * normal[2]) / area);
+            least_cosine =
+                fmin(least_cosine, (m[0] * normal[0] + m[1] * normal[1] + m[2] * normal[2]) / area);
         }
     }
-    print_message("least height of a triangle %.2g, least cosine of a face and its vertices' normals %.3f\n", least_height,
-                  least_cosine);
+    print_message("least height of a triangle %.2g, least cosine of a face and its vertices' "
+                  "normals %.3f\n",
+                  least_height, least_cosine);
     assert_true(least_height > 4e-4);
-    assert_true(least_cosine > 0.5); /* nothing folded over, no edge sharper than smooth normals can bear */
+    assert_true(least_cosine >
+                0.5); /* nothing folded over, no edge sharper than smooth normals can bear */
 }
 
 static void test_vertices_at_one_position_share_their_normal(void **state)
@@ -108,7 +114,8 @@ static int compare_crossings(const void *a, const void *b)
     return p->t < q->t ? -1 : p->t > q->t;
 }
 
-/* Along any line the surface is entered and left in turns; where a shell cuts itself, two entries follow each other. */
+/* Along any line the surface is entered and left in turns; where a shell cuts itself, two entries
+ * follow each other. */
 static void test_lines_enter_and_leave_in_turns(void **state)
 {
     (void)state;
@@ -116,7 +123,8 @@ static void test_lines_enter_and_leave_in_turns(void **state)
     size_t hits = 0;
     for (int line = 0; line < 400; line++) {
         double from[3], to[3];
-        for (int k = 0; k < 3; k++) { /* between two points near the side, so that it passes through drips and rim */
+        for (int k = 0; k < 3;
+             k++) { /* between two points near the side, so that it passes through drips and rim */
             from[k] = (k == 1 ? 2 : 1) * uniform(&seed) - (k == 1 ? 0 : 0.5);
             to[k] = (k == 1 ? 2 : 1) * uniform(&seed) - (k == 1 ? 0 : 0.5);
         }
@@ -131,15 +139,19 @@ static void test_lines_enter_and_leave_in_turns(void **state)
                 u[k] = (double)p[3 + k] - p[k];
                 v[k] = (double)p[6 + k] - p[k];
             }
-            double normal[3] = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
-            double q[3] = {a[1] * d[2] - a[2] * d[1], a[2] * d[0] - a[0] * d[2], a[0] * d[1] - a[1] * d[0]};
+            double normal[3] = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2],
+                                u[0] * v[1] - u[1] * v[0]};
+            double q[3] = {a[1] * d[2] - a[2] * d[1], a[2] * d[0] - a[0] * d[2],
+                           a[0] * d[1] - a[1] * d[0]};
             double slope = -(normal[0] * d[0] + normal[1] * d[1] + normal[2] * d[2]);
             double b = (v[0] * q[0] + v[1] * q[1] + v[2] * q[2]) / slope;
             double c = -(u[0] * q[0] + u[1] * q[1] + u[2] * q[2]) / slope;
             if (slope == 0 || b < 0 || c < 0 || b + c > 1)
                 continue;
             assert_true(n < 64);
-            crossing[n++] = (struct crossing){(normal[0] * a[0] + normal[1] * a[1] + normal[2] * a[2]) / slope, slope > 0 ? 1 : -1};
+            crossing[n++] =
+                (struct crossing){(normal[0] * a[0] + normal[1] * a[1] + normal[2] * a[2]) / slope,
+                                  slope > 0 ? 1 : -1};
         }
         qsort(crossing, (size_t)n, sizeof *crossing, compare_crossings);
         assert_int_equal(n % 2, 0);
@@ -162,7 +174,8 @@ static void test_same_bytes_everywhere(void **state)
         for (int k = 0; k < 2; k++)
             hash = (hash ^ bits[k]) * UINT64_C(0x100000001b3);
     }
-    print_message("hash 0x%016llx\n", (unsigned long long)hash); /* a new shape is a new number here */
+    print_message("hash 0x%016llx\n",
+                  (unsigned long long)hash); /* a new shape is a new number here */
     assert_true(hash == UINT64_C(0xe63ec5c94da362e0));
 }
 

@@ -1,4 +1,5 @@
-/* OBJ, PLY and STL: known answers from bytes in memory, the real models, and what is written comes back. */
+/* OBJ, PLY and STL: known answers from bytes in memory, the real models, and what is written comes
+ * back. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -61,23 +62,29 @@ static void test_numbers(void **state)
     check_scan("1e-999999999999999999999", 0.0f);
     check_scan("0e999999999999999999999", 0.0f);
     check_scan("1e999999999999999999999", INFINITY);
-    check_scan("16777217", 16777216.0f);      /* the middle: to even */
+    check_scan("16777217", 16777216.0f); /* the middle: to even */
     check_scan("16777217.0000000000000000000000000001", 16777218.0f);
     check_scan("16777216.9999999999999999999999999999", 16777216.0f);
     check_scan("1.000000059604644775390625", 1.0f); /* the middle between 1 and the next float */
     check_scan("1.000000059604644775390626", 1.00000012f);
-    check_scan("1.00000005960464477539062500000000000000000000000000000000000000000000000000000000000000"
-               "0000000000000000000000000000000000000000000000000000000000000000000000000000001", 1.00000012f);
+    check_scan("1."
+               "00000005960464477539062500000000000000000000000000000000000000000000000000000000000"
+               "000"
+               "0000000000000000000000000000000000000000000000000000000000000000000000000000001",
+               1.00000012f);
     check_scan("0.000000000000000000000000000000000000000000000000000000000000001e63", 1.0f);
-    check_scan("100000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000"
-               "00000000000000000000000000000000000000000000000000000000000000000000000e-169", 1.0f);
+    check_scan("10000000000000000000000000000000000000000000000000000000000000000000000000000000000"
+               "0000000000000000"
+               "00000000000000000000000000000000000000000000000000000000000000000000000e-169",
+               1.0f);
     float value;
     const char *none[] = {"", "-", ".", "nan", "inf", "e5", "1e", "1e+", "x"};
     for (size_t i = 0; i < sizeof none / sizeof *none; i++)
         assert_null(dph_scan_float(none[i], &value));
 }
 
-/* 300,000 pseudo-random numbers of 1 to 25 digits: what strtof says, and printed numbers come back. */
+/* 300,000 pseudo-random numbers of 1 to 25 digits: what strtof says, and printed numbers come
+ * back. */
 static void test_numbers_against_strtof(void **state)
 {
     (void)state;
@@ -133,7 +140,8 @@ static double area_of(const float *position, const uint32_t *triangle, size_t nt
 {
     double area = 0; /* in x and y, signed: overlapping triangles or ones outside would show */
     for (size_t t = 0; t < ntri; t++, triangle += 3) {
-        const float *a = position + 3 * triangle[0], *b = position + 3 * triangle[1], *c = position + 3 * triangle[2];
+        const float *a = position + 3 * triangle[0], *b = position + 3 * triangle[1],
+                    *c = position + 3 * triangle[2];
         double s = ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])) / 2.0;
         assert_true(s >= 0);
         area += s;
@@ -155,7 +163,9 @@ static void test_concave_polygons(void **state)
             if (shape == 0) {
                 x = r * cos(a), y = r * sin(a);
             } else if (shape == 1) {
-                x = i < 2 ? (i ? 100 : 0) : (i == N - 1 ? 0 : 100 - (i - 1) / 2), y = i < 2 ? 0 : i & 2 ? 5 : 1;
+                x = i < 2 ? (i ? 100 : 0) : (i == N - 1 ? 0 : 100 - (i - 1) / 2), y = i < 2   ? 0
+                                                                                      : i & 2 ? 5
+                                                                                              : 1;
             } else { /* out along one arm of a spiral, back along the other */
                 double s = (i < N / 2 ? i : N - 1 - i) / 10.0, w = (i < N / 2 ? 0.55 : 0);
                 x = (1 + s + w) * cos(s), y = (1 + s + w) * sin(s);
@@ -203,7 +213,8 @@ static void test_obj(void **state)
 
     /* corners become vertices in order of appearance; v counts upward in the file */
     read_text(dph_read_obj, &mesh,
-              "f 3/1/1 2/2/1 1/3/1 4/3/1\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0.25 0.75\nvt 1\nvt 0 0\nvn 0 0 -2\n"
+              "f 3/1/1 2/2/1 1/3/1 4/3/1\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0.25 0.75\nvt "
+              "1\nvt 0 0\nvn 0 0 -2\n"
               "f 3/1/1 2/2/1 4/1/1\n");
     assert_int_equal(mesh.nvert, 5);
     assert_int_equal(mesh.ntri, 3);
@@ -215,7 +226,8 @@ static void test_obj(void **state)
     dph_mesh_finish(&mesh);
 
     /* what not every corner has is dropped; the file's rows stay, also those that no face uses */
-    read_text(dph_read_obj, &mesh, "v 9 9 9\rv 0 0 0\rv 1 0 0\rv 0 1 0\rvn 0 0 1\rf 2//1 3//1 4//1\rf 2//1 3//1 4\r");
+    read_text(dph_read_obj, &mesh,
+              "v 9 9 9\rv 0 0 0\rv 1 0 0\rv 0 1 0\rvn 0 0 1\rf 2//1 3//1 4//1\rf 2//1 3//1 4\r");
     assert_int_equal(mesh.nvert, 4);
     assert_null(mesh.normal);
     dph_mesh_finish(&mesh);
@@ -224,24 +236,31 @@ static void test_obj(void **state)
     dph_mesh_finish(&mesh);
 }
 
-/* A tetrahedron as binary PLY with one scalar type a property, lists before the one that counts and elements before and behind. */
+/* A tetrahedron as binary PLY with one scalar type a property, lists before the one that counts
+ * and elements before and behind. */
 static size_t make_binary_ply(unsigned char *out, bool big)
 {
-    size_t n = (size_t)sprintf((char *)out, "ply\nformat binary_%s_endian 1.0\ncomment x\nobj_info y\n"
-                               "element material 2\nproperty list ushort double gains\nproperty int8 id\n"
-                               "element vertex 4\nproperty uint8 red\nproperty double x\nproperty short y\n"
-                               "property list char uint16 links\nproperty float z\nproperty int nx\nproperty uint ny\nproperty char nz\n"
-                               "element face 4\nproperty float quality\nproperty list uint16 uint32 vertex_index\nproperty list int float uv\n"
-                               "element edge 1\nproperty int a\nend_header\n", big ? "big" : "little");
+    size_t n = (size_t)sprintf((char *)out,
+                               "ply\nformat binary_%s_endian 1.0\ncomment x\nobj_info y\n"
+                               "element material 2\nproperty list ushort double gains\nproperty "
+                               "int8 id\n"
+                               "element vertex 4\nproperty uint8 red\nproperty double x\nproperty "
+                               "short y\n"
+                               "property list char uint16 links\nproperty float z\nproperty int "
+                               "nx\nproperty uint ny\nproperty char nz\n"
+                               "element face 4\nproperty float quality\nproperty list uint16 "
+                               "uint32 vertex_index\nproperty list int float uv\n"
+                               "element edge 1\nproperty int a\nend_header\n",
+                               big ? "big" : "little");
     const uint16_t one = 1;
     bool swap = big == (*(const unsigned char *)&one == 1);
-#define PUT(type, value)                                             \
-    do {                                                             \
-        type number_ = (value);                                      \
-        unsigned char bytes_[sizeof number_];                        \
-        memcpy(bytes_, &number_, sizeof number_);                    \
-        for (size_t i_ = 0; i_ < sizeof number_; i_++)               \
-            out[n++] = bytes_[swap ? sizeof number_ - 1 - i_ : i_];  \
+#define PUT(type, value)                                                                           \
+    do {                                                                                           \
+        type number_ = (value);                                                                    \
+        unsigned char bytes_[sizeof number_];                                                      \
+        memcpy(bytes_, &number_, sizeof number_);                                                  \
+        for (size_t i_ = 0; i_ < sizeof number_; i_++)                                             \
+            out[n++] = bytes_[swap ? sizeof number_ - 1 - i_ : i_];                                \
     } while (0)
     for (int m = 0; m < 2; m++) {
         PUT(uint16_t, (uint16_t)m);
@@ -289,8 +308,10 @@ static void test_ply(void **state)
         assert_true(fabsf(mesh.normal[1] - 0.6f) < 1e-7f && fabsf(mesh.normal[2] + 0.8f) < 1e-7f);
         dph_mesh_finish(&mesh);
     }
-    read_text(dph_read_ply, &mesh, "ply\r\nformat ascii 1.0\r\ncomment a comment\r\nelement face 1\r\n"
-              "property list uchar int vertex_index\r\nelement vertex 4\r\nproperty float x\r\nproperty float y\r\n"
+    read_text(dph_read_ply, &mesh,
+              "ply\r\nformat ascii 1.0\r\ncomment a comment\r\nelement face 1\r\n"
+              "property list uchar int vertex_index\r\nelement vertex 4\r\nproperty float "
+              "x\r\nproperty float y\r\n"
               "property float z\r\nproperty float s\r\nproperty float t\r\nend_header\r\n"
               "4 0 1 2 3\r\n0 0 0 0 0\r\n1 0 0 1 0\r\n0.25 0.25 0 1 1\r\n0 1 0 0 0.25");
     assert_int_equal(mesh.ntri, 2);
@@ -298,8 +319,10 @@ static void test_ply(void **state)
     assert_true(mesh.texcoord[7] == 0.75f);
     dph_mesh_finish(&mesh);
 
-    read_text(dph_read_ply, &mesh, "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\n"
-              "property float z\nelement tristrips 1\nproperty list int int vertex_indices\nend_header\n"
+    read_text(dph_read_ply, &mesh,
+              "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\n"
+              "property float z\nelement tristrips 1\nproperty list int int "
+              "vertex_indices\nend_header\n"
               "0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 2 0\n10 0 1 2 3 4 -1 0 1 1 2\n");
     const uint32_t index[9] = {0, 1, 2, 2, 1, 3, 2, 3, 4};
     assert_int_equal(mesh.ntri, 3);
@@ -307,11 +330,14 @@ static void test_ply(void **state)
     dph_mesh_finish(&mesh);
 }
 
-static const char stl_text[] =
-    "solid one\nfacet normal 0 0 nan\nouter loop\nvertex 0 0 0\nvertex 0 1 0\nvertex 1 0 0\nendloop\nendfacet\nendsolid one\n"
-    "SOLID\n FACET NORMAL 0 0 0\n  OUTER LOOP\n VERTEX 0 0 0\n VERTEX 1 0 0\n VERTEX 0 0 1\n ENDLOOP\n ENDFACET\n"
-    "facet normal 0 0 0 outer loop vertex 0 0 0 vertex 0 0 1 vertex 0 1 0 endloop endfacet\r\n"
-    "facet normal 0 0 0 outer loop vertex 1 0 0 vertex 0 1 0 vertex 0 0 1e0 endloop endfacet\nendsolid";
+static const char stl_text[] = "solid one\nfacet normal 0 0 nan\nouter loop\nvertex 0 0 0\nvertex "
+                               "0 1 0\nvertex 1 0 0\nendloop\nendfacet\nendsolid one\n"
+                               "SOLID\n FACET NORMAL 0 0 0\n  OUTER LOOP\n VERTEX 0 0 0\n VERTEX 1 "
+                               "0 0\n VERTEX 0 0 1\n ENDLOOP\n ENDFACET\n"
+                               "facet normal 0 0 0 outer loop vertex 0 0 0 vertex 0 0 1 vertex 0 1 "
+                               "0 endloop endfacet\r\n"
+                               "facet normal 0 0 0 outer loop vertex 1 0 0 vertex 0 1 0 vertex 0 0 "
+                               "1e0 endloop endfacet\nendsolid";
 
 static void test_stl(void **state)
 {
@@ -327,7 +353,8 @@ static void test_stl(void **state)
     bytes[80] = 4;
     for (size_t t = 0; t < 4; t++)
         for (size_t k = 0; k < 3; k++)
-            memcpy(bytes + 84 + 50 * t + 12 + 12 * k, mesh.position + 3 * mesh.index[3 * t + k], 12);
+            memcpy(bytes + 84 + 50 * t + 12 + 12 * k, mesh.position + 3 * mesh.index[3 * t + k],
+                   12);
     struct dph_mesh again;
     read_bytes(dph_read_stl, &again, bytes, sizeof bytes);
     assert_int_equal(again.nvert, 4);
@@ -343,8 +370,9 @@ static void test_writers(void **state)
     (void)state;
     struct dph_mesh mesh, back;
     assert_true(dph_mesh_init(&mesh, 5, 3, true, true, NULL));
-    const float value[15] = {1e-40f, -3.4e38f, 0.1f, 16777215, 1 / 3.0f, -0.0f, 1e20f, 7e-30f, 1.00000012f,
-                             123456.789f, -2, 3, 4, 5, 6};
+    const float value[15] = {1e-40f, -3.4e38f, 0.1f,   16777215,    1 / 3.0f,
+                             -0.0f,  1e20f,    7e-30f, 1.00000012f, 123456.789f,
+                             -2,     3,        4,      5,           6};
     memcpy(mesh.position, value, sizeof value);
     const uint32_t index[9] = {0, 1, 2, 2, 1, 3, 4, 3, 2};
     memcpy(mesh.index, index, sizeof index);
@@ -358,7 +386,8 @@ static void test_writers(void **state)
         const char *ending;
         bool (*write)(const struct dph_mesh *, const char *, struct dph_error *);
         reader *read;
-    } format[3] = {{"obj", dph_write_obj, dph_read_obj}, {"ply", dph_write_ply, dph_read_ply},
+    } format[3] = {{"obj", dph_write_obj, dph_read_obj},
+                   {"ply", dph_write_ply, dph_read_ply},
                    {"stl", dph_write_stl, dph_read_stl}};
     for (int i = 0; i < 3; i++) {
         char path[64];
@@ -371,7 +400,8 @@ static void test_writers(void **state)
         unlink(path);
         assert_int_equal(back.ntri, mesh.ntri);
         for (size_t k = 0; k < 9; k++)
-            assert_memory_equal(back.position + 3 * back.index[k], mesh.position + 3 * index[k], 12);
+            assert_memory_equal(back.position + 3 * back.index[k], mesh.position + 3 * index[k],
+                                12);
         if (i < 2) {
             assert_memory_equal(back.position, mesh.position, sizeof value);
             assert_memory_equal(back.normal, mesh.normal, sizeof value);
@@ -395,15 +425,57 @@ static void test_real_models(void **state)
         size_t ntri, nvert, boundary; /* nvert 0: corners differ in more than their position */
         double low[3], high[3];
     } model[] = {
-        {"bunny_scan_open.obj", dph_read_obj, 69451, 35947, 223, {-0.09469, 0.03299, -0.06187}, {0.06101, 0.1873, 0.0588}},
-        {"bunny_closed_hr.obj", dph_read_obj, 59664, 29834, 0, {-0.7702, -0.7685, -0.5972}, {0.7795, 0.7699, 0.6014}},
-        {"bunny_closed_lr.obj", dph_read_obj, 6598, 0, 0, {-0.7757, -0.7689, -0.5971}, {0.7762, 0.767, 0.5991}},
-        {"nefertiti_100k.obj", dph_read_obj, 99938, 49971, 0, {-119.3, -181.3, -247.3}, {119.4, 181.2, 247.3}},
-        {"spot.obj", dph_read_obj, 23062, 0, 0, {-0.4634, -0.7302, -0.6996}, {0.4642, 1.017, 1.078}},
+        {"bunny_scan_open.obj",
+         dph_read_obj,
+         69451,
+         35947,
+         223,
+         {-0.09469, 0.03299, -0.06187},
+         {0.06101, 0.1873, 0.0588}},
+        {"bunny_closed_hr.obj",
+         dph_read_obj,
+         59664,
+         29834,
+         0,
+         {-0.7702, -0.7685, -0.5972},
+         {0.7795, 0.7699, 0.6014}},
+        {"bunny_closed_lr.obj",
+         dph_read_obj,
+         6598,
+         0,
+         0,
+         {-0.7757, -0.7689, -0.5971},
+         {0.7762, 0.767, 0.5991}},
+        {"nefertiti_100k.obj",
+         dph_read_obj,
+         99938,
+         49971,
+         0,
+         {-119.3, -181.3, -247.3},
+         {119.4, 181.2, 247.3}},
+        {"spot.obj",
+         dph_read_obj,
+         23062,
+         0,
+         0,
+         {-0.4634, -0.7302, -0.6996},
+         {0.4642, 1.017, 1.078}},
         {"head_lps.obj", dph_read_obj, 17684, 0, 0, {-21.01, -28.98, -21}, {22.05, 11.02, 5.08}},
         {"skull.obj", dph_read_obj, 100002, 49999, 0, {-4.395, 0, -5.622}, {4.293, 13.9, 6.49}},
-        {"lucy_100k.ply", dph_read_ply, 99970, 49987, 0, {225.9, -388.4, -605.9}, {1156, 145.3, 991.3}},
-        {"bun_zipper.ply", dph_read_ply, 69451, 35947, 223, {-0.09469, 0.03299, -0.06187}, {0.06101, 0.1873, 0.0588}},
+        {"lucy_100k.ply",
+         dph_read_ply,
+         99970,
+         49987,
+         0,
+         {225.9, -388.4, -605.9},
+         {1156, 145.3, 991.3}},
+        {"bun_zipper.ply",
+         dph_read_ply,
+         69451,
+         35947,
+         223,
+         {-0.09469, 0.03299, -0.06187},
+         {0.06101, 0.1873, 0.0588}},
     };
     size_t found = 0;
     for (size_t i = 0; i < sizeof model / sizeof *model; i++) {
@@ -416,8 +488,8 @@ static void test_real_models(void **state)
         if (access(path, R_OK))
             continue;
         found++;
-        if (!dph_file_load(&file, path, SIZE_MAX, &err) || !model[i].read(&mesh, &file, path, NULL, &err) ||
-            !dph_mesh_measure(&mesh, &s, &err))
+        if (!dph_file_load(&file, path, SIZE_MAX, &err) ||
+            !model[i].read(&mesh, &file, path, NULL, &err) || !dph_mesh_measure(&mesh, &s, &err))
             fail_msg("%s", err.message);
         assert_int_equal(mesh.ntri, model[i].ntri);
         if (model[i].nvert)

@@ -35,7 +35,8 @@ static void make_torus(struct dph_mesh *mesh, int n, int m, double r)
             p[1] = (float)((1 + r * cos(v)) * sin(u));
             p[2] = (float)(r * sin(v));
             uint32_t a = (uint32_t)(i * m + j), b = (uint32_t)((i + 1) % n * m + j);
-            uint32_t c = (uint32_t)(i * m + (j + 1) % m), d = (uint32_t)((i + 1) % n * m + (j + 1) % m);
+            uint32_t c = (uint32_t)(i * m + (j + 1) % m),
+                     d = (uint32_t)((i + 1) % n * m + (j + 1) % m);
             uint32_t quad[6] = {a, b, c, b, d, c};
             memcpy(mesh->index + 6 * (i * m + j), quad, sizeof quad);
         }
@@ -57,7 +58,8 @@ static void unshare(struct dph_mesh *mesh)
 static void test_weld_numbers_by_first_appearance(void **state)
 {
     (void)state;
-    const float p[6][4] = {{1, 2, 3, 9}, {0, 0, -0.0f, 9}, {1, 2, 3, 8}, {-0.0f, 0, 0, 9}, {1, 2, 3.0000002f, 9}, {0, 0, 0, 0}};
+    const float p[6][4] = {{1, 2, 3, 9},     {0, 0, -0.0f, 9},      {1, 2, 3, 8},
+                           {-0.0f, 0, 0, 9}, {1, 2, 3.0000002f, 9}, {0, 0, 0, 0}};
     uint32_t id[6];
     assert_int_equal(dph_mesh_weld(p[0], sizeof p[0], 6, id, NULL), 3);
     const uint32_t wanted[6] = {0, 1, 0, 1, 2, 1};
@@ -79,8 +81,8 @@ static void test_weld_refuses_what_is_not_finite(void **state)
     assert_true(dph_mesh_weld(p[0], sizeof p[0], 3, id, NULL) == SIZE_MAX);
 }
 
-/* A grid of 100^3 points, each given twice: every point is found again, in the right order. A grid is what
- * makes weak hashes slow; the time limit of the test is the judge of that. */
+/* A grid of 100^3 points, each given twice: every point is found again, in the right order. A grid
+ * is what makes weak hashes slow; the time limit of the test is the judge of that. */
 static void test_weld_grid(void **state)
 {
     (void)state;
@@ -88,7 +90,8 @@ static void test_weld_grid(void **state)
     float *p = malloc(2 * n * 3 * sizeof *p);
     uint32_t *id = malloc(2 * n * sizeof *id);
     for (size_t i = 0; i < n; i++) {
-        float q[3] = {(float)(i % side) * 0.5f, (float)(i / side % side) * 0.5f, (float)(i / side / side) * 0.5f};
+        float q[3] = {(float)(i % side) * 0.5f, (float)(i / side % side) * 0.5f,
+                      (float)(i / side / side) * 0.5f};
         memcpy(p + 3 * i, q, sizeof q);
         memcpy(p + 3 * (2 * n - 1 - i), q, sizeof q);
     }
@@ -178,7 +181,8 @@ static void test_measure_faults(void **state)
     dph_mesh_finish(&mesh);
 }
 
-/* The corner of a box has three faces of one angle, however each is cut: the normal is (1, 1, 1) / sqrt(3), at every scale. */
+/* The corner of a box has three faces of one angle, however each is cut: the normal is (1, 1, 1) /
+ * sqrt(3), at every scale. */
 static void test_position_normals(void **state)
 {
     (void)state;
@@ -238,7 +242,8 @@ static void test_crease_splits_a_box(void **state)
         dph_mesh_finish(&mesh);
 
         make_box(&mesh, at, size);
-        assert_true(dph_mesh_make_normals(&mesh, 120, NULL, NULL)); /* beyond 90 degrees: all smooth */
+        assert_true(
+            dph_mesh_make_normals(&mesh, 120, NULL, NULL)); /* beyond 90 degrees: all smooth */
         assert_int_equal(mesh.nvert, 8);
         for (size_t i = 0; i < 24; i++)
             assert_true(fabs(fabs(mesh.normal[i]) - 1 / sqrt(3)) < 1e-6);
@@ -286,7 +291,8 @@ static void test_crease_many_fans(void **state)
     memset(mesh.position, 0, 3 * sizeof(float));
     for (uint32_t i = 0; i < n; i++) {
         double a = 6.283185307 * i / n;
-        float p[6] = {(float)cos(a), (float)sin(a), -0.5f, (float)cos(a + 1e-4), (float)sin(a + 1e-4), 0.5f};
+        float p[6] = {(float)cos(a),        (float)sin(a),        -0.5f,
+                      (float)cos(a + 1e-4), (float)sin(a + 1e-4), 0.5f};
         memcpy(mesh.position + 3 * (1 + 2 * i), p, sizeof p);
         memcpy(mesh.index + 3 * i, (uint32_t[3]){0, 1 + 2 * i, 2 + 2 * i}, 3 * sizeof(uint32_t));
     }

@@ -20,7 +20,7 @@ struct dph_mesh {
     size_t ntri;
     float *position;  /* (nvert x 3)                                                       */
     float *normal;    /* (nvert x 3) unit length. Nullable: faces are flat                 */
-    float *texcoord;  /* (nvert x 2). Nullable                                             */
+    float *texcoord;  /* (nvert x 2) as in glTF, the second counts downward. Nullable      */
     uint32_t *index;  /* (ntri x 3), each < nvert                                          */
 };
 

@@ -1,22 +1,25 @@
-/* The candle of the experiment that the project repeats: 59,704 triangles, unshared (A. Tomaszewska, K. Stefanowski, "GPU based subsurface
- * scattering effect"; their model is not to be had, its number of vertices, 179,112, is).
+/* The candle of the experiment that the project repeats: 59,704 triangles, unshared (A.
+ * Tomaszewska, K. Stefanowski, "GPU based subsurface scattering effect"; their model is not to be
+ * had, its number of vertices, 179,112, is).
  *
- * A closed shell made of half-planes about the y axis. In each of them runs one profile without crossings, from the middle of
- * the base outward, up the side, over the rim, down the inner wall and along the molten hollow to the middle; so the
- * whole cannot cut itself, whatever the displacements are:
+ * A closed shell made of half-planes about the y axis. In each of them runs one profile without
+ * crossings, from the middle of the base outward, up the side, over the rim, down the inner wall
+ * and along the molten hollow to the middle; so the whole cannot cut itself, whatever the
+ * displacements are:
  *
  *      side      a slightly uneven cylinder, a foot of wax that has run down, and drips
- *      drip      a ridge with a bell for a cross-section that sets out at the rim, wanders a little, and ends in a drop
- *      rim       half an ellipse; its height, width and place vary, and one notch is where the wax ran over
- *      hollow    a quarter of an ellipse, from the inner edge of the rim to the floor, and a shallow dish
+ *      drip      a ridge that sets out at the rim, wanders a little, and ends in a drop
+ *      rim       half an ellipse of varying height, width and place; in a notch wax ran over
+ *      hollow    a quarter of an ellipse, from the inner edge of the rim to the floor, and a dish
  *
- * Rows of vertices lie along the profile, close where it bends: pieces have rows of their own, and on the side they gather around the
- * drops. Columns are 272 = 4 * 68, and 136 and 68 towards the two centres, where 272 would be slivers. With k = 68, a band between two rows of 4k columns has 8k
- * triangles, of 2k 4k, of k 2k; a step from 4k to 2k has 6k, from 2k to k 3k; a fan has k. The numbers of
- * bands below make 878 k = 59,704.
+ * Rows of vertices lie along the profile, close where it bends: pieces have rows of their own, and
+ * on the side they gather around the drops. Columns are 272 = 4 * 68, and 136 and 68 towards the
+ * two centres, where 272 would be slivers. With k = 68, a band between two rows of 4k columns has
+ * 8k triangles, of 2k 4k, of k 2k; a step from 4k to 2k has 6k, from 2k to k 3k; a fan has k. The
+ * numbers of bands below make 878 k = 59,704.
  *
- * Noise is made of integer hashes, and all else of + - * / and the square root, which every machine rounds alike: the same bytes
- * everywhere. */
+ * Noise is made of integer hashes, and all else of + - * / and the square root, which every
+ * machine rounds alike: the same bytes everywhere. */
 #include <diaphan/mesh.h>
 
 #include "core/fail.h"
@@ -31,9 +34,9 @@
 
 /* Bands of each piece, and how many columns they have. */
 enum {
-    BASE_INNER = 1,  /* 68  */
-    BASE_OUTER = 2,  /* 136 */
-    EDGE = 5,        /* 272, and so on until FLOOR_OUTER */
+    BASE_INNER = 1, /* 68  */
+    BASE_OUTER = 2, /* 136 */
+    EDGE = 5,       /* 272, and so on until FLOOR_OUTER */
     SIDE = 59,
     RIM = 18,
     WALL = 16,
@@ -41,11 +44,15 @@ enum {
     FLOOR_INNER = 4,  /* 68  */
 };
 
-_Static_assert(8 * (EDGE + SIDE + RIM + WALL) + 4 * (BASE_OUTER + FLOOR_OUTER) + 2 * (BASE_INNER + FLOOR_INNER) +
-                       2 * (6 + 3 + 1) == TRIANGLES / 68, "the bands do not add up");
+_Static_assert(8 * (EDGE + SIDE + RIM + WALL) + 4 * (BASE_OUTER + FLOOR_OUTER) +
+                       2 * (BASE_INNER + FLOOR_INNER) + 2 * (6 + 3 + 1) ==
+                   TRIANGLES / 68,
+               "the bands do not add up");
 
-/* Rows of vertices are numbered from the middle of the base, 0, to the middle of the hollow, LAST. */
-#define LAST (1 + BASE_INNER + 1 + BASE_OUTER + 1 + EDGE + SIDE + RIM + WALL + 1 + FLOOR_OUTER + 1 + FLOOR_INNER + 1)
+/* Rows of vertices are numbered from the middle of the base, 0, to that of the hollow, LAST. */
+#define LAST                                                                                       \
+    (1 + BASE_INNER + 1 + BASE_OUTER + 1 + EDGE + SIDE + RIM + WALL + 1 + FLOOR_OUTER + 1 +        \
+     FLOOR_INNER + 1)
 #define POSITIONS (TRIANGLES / 2 + 2)
 
 /* Angles are in turns, lengths in units before the last scaling. */
@@ -125,9 +132,9 @@ static double bell(double x)
 /* Everything about one half-plane that does not depend on the height. */
 struct section {
     double turn;
-    double top;         /* height of the rim     */
-    double cap, width;  /* its rounding and width */
-    double floor;       /* height of the hollow  */
+    double top;        /* height of the rim     */
+    double cap, width; /* its rounding and width */
+    double floor;      /* height of the hollow  */
 };
 
 static struct section section_at(double turn)
@@ -164,7 +171,8 @@ static double drip_height(const struct drip *d, const struct section *s, double 
 /* The radius of the side at a height. */
 static double side_radius(const struct section *s, double y)
 {
-    double r = 0.425 - 0.012 * y + 0.008 * noise(6, s->turn, 5, 1.7 * y) + 0.0035 * noise(7, s->turn, 11, 4 * y);
+    double r = 0.425 - 0.012 * y + 0.008 * noise(6, s->turn, 5, 1.7 * y) +
+               0.0035 * noise(7, s->turn, 11, 4 * y);
     /* drips that meet flow into each other: a soft maximum */
     double most = 0, rest = 0;
     for (size_t i = 0; i < NDRIP; i++) {
@@ -301,8 +309,9 @@ static double distance(const float *position, uint32_t a, uint32_t b)
     return sum;
 }
 
-/* The triangles between a row of `n` columns that begins at position `a` and the next one, of `m`. */
-static uint32_t *connect(const float *position, uint32_t a, uint32_t n, uint32_t b, uint32_t m, uint32_t *out)
+/* The triangles between a row of `n` columns that begins at position `a` and one of `m` at `b`. */
+static uint32_t *connect(const float *position, uint32_t a, uint32_t n, uint32_t b, uint32_t m,
+                         uint32_t *out)
 {
     uint32_t most = n > m ? n : m;
     for (uint32_t j = 0; j < most; j++) {
@@ -361,7 +370,8 @@ static void build(float *position, uint32_t *index)
     for (uint32_t i = 0; i < count; i++) /* exactly 2 units tall */
         position[3 * i + 1] = (float)(2 * (position[3 * i + 1] / highest));
     for (int row = 0; row < LAST; row++)
-        index = connect(position, start[row], columns_of(row), start[row + 1], columns_of(row + 1), index);
+        index = connect(position, start[row], columns_of(row), start[row + 1], columns_of(row + 1),
+                        index);
 }
 
 bool dph_mesh_init_candle(struct dph_mesh *mesh, struct dph_error *err)
@@ -379,10 +389,10 @@ bool dph_mesh_init_candle(struct dph_mesh *mesh, struct dph_error *err)
     dph_mesh_position_normals(position, POSITIONS, index, TRIANGLES, normal);
     if (!dph_mesh_init(mesh, 3 * (size_t)TRIANGLES, TRIANGLES, true, false, err))
         goto error;
-    for (uint32_t i = 0; i < 3 * TRIANGLES; i++) {
-        memcpy(mesh->position + 3 * (size_t)i, position + 3 * (size_t)index[i], 3 * sizeof *position);
-        memcpy(mesh->normal + 3 * (size_t)i, normal + 3 * (size_t)index[i], 3 * sizeof *normal);
-        mesh->index[i] = i;
+    for (size_t i = 0; i < mesh->nvert; i++) {
+        memcpy(mesh->position + 3 * i, position + 3 * (size_t)index[i], 3 * sizeof *position);
+        memcpy(mesh->normal + 3 * i, normal + 3 * (size_t)index[i], 3 * sizeof *normal);
+        mesh->index[i] = (uint32_t)i;
     }
     ok = true;
 error:

@@ -1,8 +1,9 @@
 /* What a mesh is made of: borders, orientation, bodies, area and volume.
  *
- * Two triangles share an edge where they share two positions. The directed edges are sorted by two stable counting passes, by their higher
- * and then by their lower end, so the cost is linear whatever the mesh looks like; equal edges then lie
- * side by side. Bodies are found by union-find with path halving (Tarjan, van Leeuwen 1984). */
+ * Two triangles share an edge where they share two positions. The directed edges are sorted by two
+ * stable counting passes, by their higher and then by their lower end, so the cost is linear
+ * whatever the mesh looks like; equal edges then lie side by side. Bodies are found by union-find
+ * with path halving (Tarjan, van Leeuwen 1984). */
 #include <diaphan/mesh.h>
 
 #include "core/fail.h"
@@ -40,8 +41,8 @@ static size_t list_edges(const uint32_t *triangle, size_t ntri, struct edge *edg
 }
 
 /* One stable counting pass; `start` has npos + 1 elements. */
-static void sort_pass(const struct edge *from, struct edge *to, size_t n, size_t *start, size_t npos,
-                      bool by_low)
+static void sort_pass(const struct edge *from, struct edge *to, size_t n, size_t *start,
+                      size_t npos, bool by_low)
 {
     memset(start, 0, (npos + 1) * sizeof *start);
     for (size_t i = 0; i < n; i++)
@@ -120,8 +121,8 @@ static void count_components(const uint32_t *triangle, size_t ntri, size_t npos,
         stats->components += parent[p] == p;
 }
 
-/* Bounds, area, and the volume by the divergence theorem. The volume is taken about the centre of the box, because tetrahedra that reach to a
- * far origin would cancel most of their digits. */
+/* Bounds, area, and the volume by the divergence theorem. The volume is taken about the centre of
+ * the box, because tetrahedra that reach to a far origin would cancel most of their digits. */
 static void measure_space(const struct dph_mesh *mesh, struct dph_mesh_stats *stats)
 {
     for (size_t i = 0; i < 3 * mesh->ntri; i++) {
@@ -156,7 +157,8 @@ static void measure_space(const struct dph_mesh *mesh, struct dph_mesh_stats *st
     stats->volume = volume / 6;
 }
 
-bool dph_mesh_measure(const struct dph_mesh *mesh, struct dph_mesh_stats *stats, struct dph_error *err)
+bool dph_mesh_measure(const struct dph_mesh *mesh, struct dph_mesh_stats *stats,
+                      struct dph_error *err)
 {
     bool ok = false;
     memset(stats, 0, sizeof *stats);
@@ -172,13 +174,13 @@ bool dph_mesh_measure(const struct dph_mesh *mesh, struct dph_mesh_stats *stats,
         goto error;
     for (size_t i = 0; i < 3 * mesh->ntri; i++) {
         if (mesh->index[i] >= mesh->nvert) {
-            dph_fail(err, DPH_ERROR_INPUT, "triangle %zu refers to vertex %u, the mesh has %zu", i / 3,
-                     mesh->index[i], mesh->nvert);
+            dph_fail(err, DPH_ERROR_INPUT, "triangle %zu refers to vertex %u, the mesh has %zu",
+                     i / 3, mesh->index[i], mesh->nvert);
             goto error;
         }
         triangle[i] = position_of[mesh->index[i]];
     }
-    parent = position_of; /* its numbers are in `triangle` now, and there are no more positions than vertices */
+    parent = position_of; /* its numbers are in `triangle` now; no more positions than vertices */
     position_of = NULL;
     for (size_t t = 0; t < mesh->ntri; t++)
         stats->degenerate += is_degenerate(triangle + 3 * t);

@@ -17,7 +17,8 @@ bool dph_mesh_init(struct dph_mesh *mesh, size_t nvert, size_t ntri, bool normal
     if (nvert > COUNT_LIMIT || ntri > COUNT_LIMIT)
         return dph_fail(err, DPH_ERROR_LIMIT,
                         "a mesh of %zu vertices and %zu triangles is more than the %zu of either "
-                        "that are handled", nvert, ntri, COUNT_LIMIT);
+                        "that are handled",
+                        nvert, ntri, COUNT_LIMIT);
     mesh->position = dph_alloc(nvert, 3 * sizeof(float));
     mesh->index = dph_alloc(ntri, 3 * sizeof(uint32_t));
     if (normal)

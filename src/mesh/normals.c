@@ -1,14 +1,17 @@
 /* Vertex normals from triangles.
  *
- * A face counts with the angle that it has at the vertex (G. Thuermer, C. A. Wuethrich, "Computing vertex normals from polygonal facets",
- * Journal of Graphics Tools 3(1), 1998), so that the result does not depend on how a flat part is cut into triangles.
+ * A face counts with the angle that it has at the vertex (G. Thuermer, C. A. Wuethrich, "Computing
+ * vertex normals from polygonal facets", Journal of Graphics Tools 3(1), 1998), so that the result
+ * does not depend on how a flat part is cut into triangles.
  *
- * With a crease, the corners around a position are split into fans: two corners belong to one fan where their triangles share an edge at that position
- * and their face normals differ by no more than the crease angle. Each fan gets a normal of its own, and a vertex that
- * appears in several fans becomes several vertices.
+ * With a crease, the corners around a position are split into fans: two corners belong to one fan
+ * where their triangles share an edge at that position and their face normals differ by no more
+ * than the crease angle. Each fan gets a normal of its own, and a vertex that appears in several
+ * fans becomes several vertices.
  *
- * Everything is computed in double from the differences of float coordinates, which neither overflows nor underflows at any scale that
- * float has. Only + - * / and the square root are used, so that every processor and C library gives the same bytes. */
+ * Everything is computed in double from the differences of float coordinates, which neither
+ * overflows nor underflows at any scale that float has. Only + - * / and the square root are used,
+ * so that every processor and C library gives the same bytes. */
 #include <diaphan/mesh.h>
 
 #include "core/fail.h"
@@ -18,14 +21,16 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A triangle whose height is less than this share of its longest side has no direction worth having. */
+/* A triangle whose height is less than this share of its longest side has no direction worth
+ * having. */
 #define FLATNESS 1e-10
 
-/* A sum of weighted normals that is shorter than this (radians) is what rounding leaves of faces that cancel. */
+/* A sum of weighted normals that is shorter than this (radians) is what rounding leaves of faces
+ * that cancel. */
 #define CANCELLED 1e-6
 
-/* atan of 0 <= t <= 1 by its power series, after atan t = pi/4 + atan((t - 1) / (t + 1)) has brought |t| below tan(pi/8), where twelve terms
- * leave less than 1e-11. */
+/* atan of 0 <= t <= 1 by its power series, after atan t = pi/4 + atan((t - 1) / (t + 1)) has
+ * brought |t| below tan(pi/8), where twelve terms leave less than 1e-11. */
 static double arc_tangent(double t)
 {
     const double quarter_pi = 0.78539816339744830962;
@@ -49,8 +54,8 @@ static double angle_of(double s, double c)
     return c < 0 ? 2 * half_pi - angle : angle;
 }
 
-/* A triangle's sides, k from corner k to the next; its normal, whose length is twice the area; returns that length, or 0 for a triangle that has
- * no area to speak of. */
+/* A triangle's sides, k from corner k to the next; its normal, whose length is twice the area;
+ * returns that length, or 0 for a triangle that has no area to speak of. */
 static double sides_of(const float *p[3], double side[3][3], double normal[3])
 {
     double longest = 0;
@@ -85,8 +90,8 @@ static void unit_or_up(const double sum[3], float normal[3])
         normal[a] = none ? (float)(a == 2) : (float)(sum[a] / size);
 }
 
-void dph_mesh_position_normals(const float *position, size_t npos, const uint32_t *index, size_t ntri,
-                               float *normal_out)
+void dph_mesh_position_normals(const float *position, size_t npos, const uint32_t *index,
+                               size_t ntri, float *normal_out)
 {
     memset(normal_out, 0, npos * 3 * sizeof *normal_out);
     for (size_t t = 0; t < ntri; t++) {
@@ -171,9 +176,11 @@ static bool is_flat(const float normal[3])
 }
 
 /* Joins the fans of two corners where their faces are smooth to each other. */
-static void join(struct work *w, const uint32_t *corner, uint32_t a, uint32_t b, double least_cosine)
+static void join(struct work *w, const uint32_t *corner, uint32_t a, uint32_t b,
+                 double least_cosine)
 {
-    const float *m = w->face + 3 * (size_t)(corner[a] / 3), *n = w->face + 3 * (size_t)(corner[b] / 3);
+    const float *m = w->face + 3 * (size_t)(corner[a] / 3);
+    const float *n = w->face + 3 * (size_t)(corner[b] / 3);
     double cosine = (double)m[0] * n[0] + (double)m[1] * n[1] + (double)m[2] * n[2];
     if (is_flat(m) || is_flat(n) || cosine < least_cosine)
         return;
@@ -185,10 +192,11 @@ static void join(struct work *w, const uint32_t *corner, uint32_t a, uint32_t b,
         w->fan[a] = b;
 }
 
-/* An edge with more triangles than this joins neighbours in the list only, or a hostile file could make the work quadratic. */
+/* An edge with more triangles than this joins neighbours in the list only, or a hostile file could
+ * make the work quadratic. */
 #define MOST_PAIRS 8
 
-/* Splits the n corners of one position: w->fan[i] becomes the first corner of the fan of corner i. */
+/* Splits the n corners of one position: w->fan[i] becomes the first corner of the fan of i. */
 static void split_fans(struct work *w, const uint32_t *corner, uint32_t n, double least_cosine)
 {
     for (uint32_t i = 0; i < n; i++) {
@@ -256,8 +264,9 @@ static void sum_fans(struct work *w, const uint32_t *corner, uint32_t n)
     }
 }
 
-/* Hands out the vertices of one position, a vertex for every pair of an old vertex and a fan, and writes them to `index`. The first fan of an old vertex
- * keeps its number. Corners are taken by old vertex, so that the last vertex that was made for a fan is the only one to look at. */
+/* Hands out the vertices of one position, a vertex for every pair of an old vertex and a fan, and
+ * writes them to `index`. The first fan of an old vertex keeps its number. Corners are taken by
+ * old vertex, so that the last vertex that was made for a fan is the only one to look at. */
 static bool assign_vertices(struct work *w, const uint32_t *corner, uint32_t n, uint32_t *index)
 {
     for (uint32_t i = 0; i < n; i++) {
@@ -279,7 +288,8 @@ static bool assign_vertices(struct work *w, const uint32_t *corner, uint32_t n, 
     return true;
 }
 
-/* Lists the corners of every position. Returns the most that one has, SIZE_MAX where memory is short. */
+/* Lists the corners of every position. Returns the most that one has, SIZE_MAX where memory is
+ * short. */
 static size_t list_corners(struct work *w, size_t npos)
 {
     size_t ncorner = 3 * w->mesh->ntri, most = 0;
@@ -293,7 +303,7 @@ static size_t list_corners(struct work *w, size_t npos)
         most = w->start[p] > most ? w->start[p] : most;
         w->start[p] += w->start[p - 1];
     }
-    for (size_t i = 0; i < ncorner; i++) /* moves the starts to where they belong, one to the left */
+    for (size_t i = 0; i < ncorner; i++) /* moves the starts one to the left */
         w->corner[w->start[w->position_of[w->mesh->index[i]] + 1]++] = (uint32_t)i;
     return most;
 }
@@ -350,8 +360,8 @@ static void release(struct work *w)
 bool dph_mesh_make_normals(struct dph_mesh *mesh, double crease_degrees, uint32_t **vertex_of,
                            struct dph_error *err)
 {
-    /* 180 degrees joins whatever shares an edge, 0 nothing; in between, the rounding of the face normals must not decide
-     * about a right angle or a plane. */
+    /* 180 degrees joins whatever shares an edge, 0 nothing; in between, the rounding of the face
+     * normals must not decide about a right angle or a plane. */
     double least_cosine = crease_degrees >= 180 ? -2
                           : crease_degrees <= 0
                               ? 2
@@ -365,8 +375,7 @@ bool dph_mesh_make_normals(struct dph_mesh *mesh, double crease_degrees, uint32_
     w.position_of = dph_alloc(mesh->nvert, sizeof *w.position_of);
     if (!w.position_of)
         goto memory;
-    size_t npos =
-        dph_mesh_weld(mesh->position, 3 * sizeof(float), mesh->nvert, w.position_of, err);
+    size_t npos = dph_mesh_weld(mesh->position, 3 * sizeof(float), mesh->nvert, w.position_of, err);
     if (npos == SIZE_MAX)
         goto error;
     uint32_t *index = result.index = dph_alloc(mesh->ntri, 3 * sizeof *index);

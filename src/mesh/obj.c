@@ -1,12 +1,14 @@
-/* Wavefront OBJ: v, vt, vn and f; everything else (groups, materials, smoothing, lines, points, free-form surfaces) is passed over.
+/* Wavefront OBJ: v, vt, vn and f; everything else (groups, materials, smoothing, lines, points,
+ * free-form surfaces) is passed over.
  *
- * The file is scanned once. A face may refer to vertices that come after it, and its polygon can be cut only when they are known, so faces are kept as
- * lists of corners until the end. An index beyond what has been read is kept in mind with its line if it is higher than all such
- * before; the first of them that is beyond the end as well is what the message names.
+ * The file is scanned once. A face may refer to vertices that come after it, and its polygon can
+ * be cut only when they are known, so faces are kept as lists of corners until the end. An index
+ * beyond what has been read is kept in mind with its line if it is higher than all such before;
+ * the first of them that is beyond the end as well is what the message names.
  *
- * Texture coordinates and normals are kept where every corner has them. Corners with the same three numbers become one vertex, numbered in
- * order of appearance; a file with neither keeps its vertices row for row. OBJ counts v upward, this library as glTF
- * does, downward, hence 1 - v. */
+ * Texture coordinates and normals are kept where every corner has them. Corners with the same
+ * three numbers become one vertex, numbered in order of appearance; a file with neither keeps its
+ * vertices row for row. OBJ counts v upward, this library as glTF does, downward, hence 1 - v. */
 #include "mesh/readers.h"
 
 #include "core/fail.h"
@@ -97,7 +99,8 @@ static void skip_line(struct obj *o)
 
 static bool is_word_end(const struct obj *o, const char *c)
 {
-    return *c == ' ' || *c == '\t' || *c == '\n' || *c == '\r' || *c == '#' || *c == '\\' || c >= o->end;
+    return *c == ' ' || *c == '\t' || *c == '\n' || *c == '\r' || *c == '#' || *c == '\\' ||
+           c >= o->end;
 }
 
 /* Reads `need` numbers and up to `most` into `value`. */
@@ -129,7 +132,8 @@ static bool read_values(struct obj *o, int kind)
     if (o->count[kind] >= COUNT_LIMIT)
         return fail(o, DPH_ERROR_LIMIT, "more than 2147483648 rows of one kind", NULL);
     int size = kind_size[kind];
-    float *room = dph_grow(o->value[kind], o->count[kind], &o->capacity[kind], (size_t)size * sizeof(float));
+    float *room =
+        dph_grow(o->value[kind], o->count[kind], &o->capacity[kind], (size_t)size * sizeof(float));
     if (!room)
         return dph_fail_memory(o->err);
     o->value[kind] = room;
@@ -161,14 +165,16 @@ static bool read_index(struct obj *o, int kind, uint32_t *row)
     int64_t count = (int64_t)o->count[kind];
     int64_t index = number < 0 ? count + number : number - 1;
     if (number == 0)
-        return dph_fail(o->err, DPH_ERROR_INPUT, "%s:%zu: face refers to %s 0, the first is 1", o->path,
-                        o->line, kind_name[kind]);
+        return dph_fail(o->err, DPH_ERROR_INPUT, "%s:%zu: face refers to %s 0, the first is 1",
+                        o->path, o->line, kind_name[kind]);
     if (index < 0)
-        return dph_fail(o->err, DPH_ERROR_INPUT, "%s:%zu: face refers to %s %lld, only %zu come before it",
-                        o->path, o->line, kind_name[kind], (long long)number, o->count[kind]);
+        return dph_fail(o->err, DPH_ERROR_INPUT,
+                        "%s:%zu: face refers to %s %lld, only %zu come before it", o->path, o->line,
+                        kind_name[kind], (long long)number, o->count[kind]);
     if (index >= (int64_t)COUNT_LIMIT)
-        return dph_fail(o->err, DPH_ERROR_INPUT, "%s:%zu: face refers to %s %lld, the most is 2147483648",
-                        o->path, o->line, kind_name[kind], (long long)number);
+        return dph_fail(o->err, DPH_ERROR_INPUT,
+                        "%s:%zu: face refers to %s %lld, the most is 2147483648", o->path, o->line,
+                        kind_name[kind], (long long)number);
     o->cursor = next;
     *row = (uint32_t)index;
     return index < count || add_promise(o, kind, (size_t)index);
@@ -181,7 +187,8 @@ static bool read_corner(struct obj *o)
         return false;
     if (*o->cursor == '/') {
         o->cursor++;
-        if (*o->cursor != '/' && !is_word_end(o, o->cursor) && !read_index(o, TEXCOORD, &corner[TEXCOORD]))
+        if (*o->cursor != '/' && !is_word_end(o, o->cursor) &&
+            !read_index(o, TEXCOORD, &corner[TEXCOORD]))
             return false;
         if (*o->cursor == '/') {
             o->cursor++;
@@ -209,7 +216,8 @@ static bool read_face(struct obj *o)
             return false;
     size_t n = o->ncorner - first;
     if (n < 3)
-        return dph_fail(o->err, DPH_ERROR_INPUT, "%s:%zu: face has %zu corners, needs 3", o->path, o->line, n);
+        return dph_fail(o->err, DPH_ERROR_INPUT, "%s:%zu: face has %zu corners, needs 3", o->path,
+                        o->line, n);
     o->ntri += n - 2;
     if (o->ntri > COUNT_LIMIT)
         return fail(o, DPH_ERROR_LIMIT, "more than 2147483648 triangles", NULL);
@@ -234,8 +242,12 @@ static bool read_lines(struct obj *o)
         skip_blanks(o);
         const char *c = o->cursor;
         bool ok = true;
-        int kind = c[0] != 'v' ? -1 : is_blank(c[1]) ? POSITION : !is_blank(c[1] ? c[2] : 0) ? -1
-                   : c[1] == 't' ? TEXCOORD : c[1] == 'n' ? NORMAL : -1;
+        int kind = c[0] != 'v'                  ? -1
+                   : is_blank(c[1])             ? POSITION
+                   : !is_blank(c[1] ? c[2] : 0) ? -1
+                   : c[1] == 't'                ? TEXCOORD
+                   : c[1] == 'n'                ? NORMAL
+                                                : -1;
         if (kind >= 0) {
             o->cursor += kind == POSITION ? 1 : 2;
             ok = read_values(o, kind);
@@ -265,12 +277,21 @@ static bool check(struct obj *o)
                 break;
             }
     if (broken)
-        return dph_fail(o->err, DPH_ERROR_INPUT, "%s:%zu: face refers to %s %zu, the %s %zu", o->path,
-                        broken->line, kind_name[of], broken->index + 1,
+        return dph_fail(o->err, DPH_ERROR_INPUT, "%s:%zu: face refers to %s %zu, the %s %zu",
+                        o->path, broken->line, kind_name[of], broken->index + 1,
                         of == POSITION ? "mesh has" : "file has", o->count[of]);
     if (o->nface == 0)
         return fail(o, DPH_ERROR_INPUT, "the file ends without a face", NULL);
     return true;
+}
+
+/* Tells the user that what the file has of a kind was not used. */
+static void warn_dropped(const struct obj *o, int kind, struct dph_scene *warn)
+{
+    if (warn && o->missing[kind] && o->count[kind])
+        dph_scene_warn(warn, "%s: the %ss are not used: %s", o->path, kind_name[kind],
+                       kind == NORMAL ? "a corner has none, or one has no length; new ones are made"
+                                      : "a corner has none");
 }
 
 /* Normals to unit length; a normal without length makes them all useless. */
@@ -283,7 +304,8 @@ static void normalize(struct obj *o)
             o->missing[NORMAL] = true;
             return;
         }
-        for (int k = 0; k < 3 && fabs(size - 1) >= 1e-6; k++) /* what is unit length stays as it is */
+        for (int k = 0; k < 3 && fabs(size - 1) >= 1e-6;
+             k++) /* what is unit length stays as it is */
             n[k] = (float)(n[k] / size);
     }
 }
@@ -296,8 +318,8 @@ static uint64_t hash_corner(const uint32_t corner[KINDS])
     return h ^ h >> 29;
 }
 
-/* Numbers the distinct corners in order of appearance; `first` receives the first corner of each. Both have ncorner elements. Returns their count,
- * 0: out of memory. */
+/* Numbers the distinct corners in order of appearance; `first` receives the first corner of each.
+ * Both have ncorner elements. Returns their count, 0: out of memory. */
 static size_t number_corners(const struct obj *o, uint32_t *vertex_of, size_t *first)
 {
     size_t capacity = 1024;
@@ -310,7 +332,8 @@ static size_t number_corners(const struct obj *o, uint32_t *vertex_of, size_t *f
     size_t count = 0;
     for (size_t i = 0; i < o->ncorner; i++) {
         size_t s = hash_corner(o->corner[i]) & (capacity - 1);
-        while (slot[s] != NONE && memcmp(o->corner[first[slot[s]]], o->corner[i], sizeof *o->corner) != 0)
+        while (slot[s] != NONE &&
+               memcmp(o->corner[first[slot[s]]], o->corner[i], sizeof *o->corner) != 0)
             s = (s + 1) & (capacity - 1);
         if (slot[s] == NONE) {
             slot[s] = (uint32_t)count;
@@ -341,24 +364,29 @@ static bool fill_triangles(const struct obj *o, const uint32_t *vertex_of, struc
     return true;
 }
 
-static void fill_vertex(const struct obj *o, const uint32_t corner[KINDS], size_t v, struct dph_mesh *mesh)
+static void fill_vertex(const struct obj *o, const uint32_t corner[KINDS], size_t v,
+                        struct dph_mesh *mesh)
 {
-    memcpy(mesh->position + 3 * v, o->value[POSITION] + 3 * (size_t)corner[POSITION], 3 * sizeof(float));
+    memcpy(mesh->position + 3 * v, o->value[POSITION] + 3 * (size_t)corner[POSITION],
+           3 * sizeof(float));
     if (mesh->texcoord) {
         const float *t = o->value[TEXCOORD] + 2 * (size_t)corner[TEXCOORD];
         mesh->texcoord[2 * v] = t[0];
         mesh->texcoord[2 * v + 1] = 1 - t[1];
     }
     if (mesh->normal)
-        memcpy(mesh->normal + 3 * v, o->value[NORMAL] + 3 * (size_t)corner[NORMAL], 3 * sizeof(float));
+        memcpy(mesh->normal + 3 * v, o->value[NORMAL] + 3 * (size_t)corner[NORMAL],
+               3 * sizeof(float));
 }
 
-static bool build(struct obj *o, struct dph_mesh *mesh)
+static bool build(struct obj *o, struct dph_mesh *mesh, struct dph_scene *warn)
 {
     bool ok = false;
     uint32_t *vertex_of = NULL;
     size_t *first = NULL;
     normalize(o);
+    warn_dropped(o, TEXCOORD, warn);
+    warn_dropped(o, NORMAL, warn);
     for (size_t i = 0; i < o->ncorner; i++)
         for (int k = TEXCOORD; k < KINDS; k++)
             if (o->missing[k])
@@ -396,11 +424,10 @@ error:
 bool dph_read_obj(struct dph_mesh *mesh, const struct dph_file *file, const char *path,
                   struct dph_scene *warn, struct dph_error *err)
 {
-    (void)warn;
     memset(mesh, 0, sizeof *mesh);
     struct obj o = {.path = path, .cursor = (const char *)file->data, .line = 1, .err = err};
     o.end = o.cursor + file->size;
-    bool ok = read_lines(&o) && check(&o) && build(&o, mesh);
+    bool ok = read_lines(&o) && check(&o) && build(&o, mesh, warn);
     for (int k = 0; k < KINDS; k++) {
         free(o.value[k]);
         free(o.promise[k]);

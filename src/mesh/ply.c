@@ -1,9 +1,12 @@
-/* PLY, the polygon file format of the Stanford 3D Scanning Repository (G. Turk 1994): ascii and both binary orders.
+/* PLY, the polygon file format of the Stanford 3D Scanning Repository (G. Turk 1994): ascii and
+ * both binary orders.
  *
- * The header describes elements, rows of typed properties and lists; whatever is not needed is stepped over by that description. Needed are
- * x, y, z of `vertex`, and the list vertex_indices (or vertex_index) of `face` or of `tristrips`, whose strips -1 parts. Taken where they
- * are complete: nx, ny, nz and a pair of texture coordinates, whose second one counts upward here and downward in the
- * library. Elements may come in any order: polygons are kept as lists of corners and cut when all is read.
+ * The header describes elements, rows of typed properties and lists; whatever is not needed is
+ * stepped over by that description. Needed are x, y, z of `vertex`, and the list vertex_indices
+ * (or vertex_index) of `face` or of `tristrips`, whose strips -1 parts. Taken where they are
+ * complete: nx, ny, nz and a pair of texture coordinates, whose second one counts upward here and
+ * downward in the library. Elements may come in any order: polygons are kept as lists of corners
+ * and cut when all is read.
  *
  * No count is believed before the bytes that are left could hold that many rows. */
 #include "mesh/readers.h"
@@ -30,9 +33,9 @@ static const struct {
     const char *name;
     enum type type;
 } type_name[] = {
-    {"char", INT8},     {"int8", INT8},     {"uchar", UINT8},     {"uint8", UINT8},
-    {"short", INT16},   {"int16", INT16},   {"ushort", UINT16},   {"uint16", UINT16},
-    {"int", INT32},     {"int32", INT32},   {"uint", UINT32},     {"uint32", UINT32},
+    {"char", INT8},     {"int8", INT8},       {"uchar", UINT8},    {"uint8", UINT8},
+    {"short", INT16},   {"int16", INT16},     {"ushort", UINT16},  {"uint16", UINT16},
+    {"int", INT32},     {"int32", INT32},     {"uint", UINT32},    {"uint32", UINT32},
     {"float", FLOAT32}, {"float32", FLOAT32}, {"double", FLOAT64}, {"float64", FLOAT64},
 };
 
@@ -43,8 +46,9 @@ static const struct {
     const char *name;
     enum role role;
 } role_name[] = {
-    {"x", X}, {"y", Y}, {"z", Z}, {"nx", NX}, {"ny", NY}, {"nz", NZ}, {"s", U}, {"t", V}, {"u", U},
-    {"v", V}, {"texture_u", U}, {"texture_v", V}, {"texture_s", U}, {"texture_t", V},
+    {"x", X},         {"y", Y},         {"z", Z},         {"nx", NX},       {"ny", NY},
+    {"nz", NZ},       {"s", U},         {"t", V},         {"u", U},         {"v", V},
+    {"texture_u", U}, {"texture_v", V}, {"texture_s", U}, {"texture_t", V},
 };
 
 struct word {
@@ -80,6 +84,7 @@ struct ply {
     uint32_t *face; /* (nface) corners of each */
     size_t nface, face_capacity;
     size_t ntri;
+    struct dph_scene *warn; /* Nullable */
     struct dph_error *err;
 };
 
@@ -94,7 +99,8 @@ __attribute__((format(printf, 3, 4))) static bool fail(struct ply *p, enum dph_c
     va_end(args);
     if (p->line)
         return dph_fail(p->err, code, "%s:%zu: %s", p->path, p->line, what);
-    return dph_fail(p->err, code, "%s: byte %zu: %s", p->path, (size_t)(p->cursor - p->begin), what);
+    return dph_fail(p->err, code, "%s: byte %zu: %s", p->path, (size_t)(p->cursor - p->begin),
+                    what);
 }
 
 static bool is(struct word word, const char *text)
@@ -134,8 +140,8 @@ static bool read_element(struct ply *p, const char *c, const char *end)
     int64_t count = -1;
     const char *after = number.size ? dph_scan_integer(number.text, &count) : NULL;
     if (!after || after != number.text + number.size || count < 0)
-        return fail(p, DPH_ERROR_INPUT, "element \"%.*s\" has no count, but \"%.*s\"", SHOW(element.name),
-                    SHOW(number));
+        return fail(p, DPH_ERROR_INPUT, "element \"%.*s\" has no count, but \"%.*s\"",
+                    SHOW(element.name), SHOW(number));
     for (size_t i = 0; i < p->nelement; i++)
         if (p->element[i].name.size == element.name.size &&
             memcmp(p->element[i].name.text, element.name.text, element.name.size) == 0)
@@ -173,7 +179,8 @@ static bool read_property(struct ply *p, const char *c, const char *end)
         for (size_t i = 0; i < sizeof role_name / sizeof *role_name; i++)
             if (is(property.name, role_name[i].name))
                 property.role = role_name[i].role;
-    struct property *room = dph_grow(p->property, p->nproperty, &p->property_capacity, sizeof *room);
+    struct property *room =
+        dph_grow(p->property, p->nproperty, &p->property_capacity, sizeof *room);
     if (!room)
         return dph_fail_memory(p->err);
     p->property = room;
@@ -248,7 +255,8 @@ static bool find_text(struct ply *p)
 static bool take_text(struct ply *p, const char *after)
 {
     if (!after || (after < p->end && (unsigned char)*after > ' '))
-        return fail(p, DPH_ERROR_INPUT, "\"%s\" is not a number", dph_scan_word(p->cursor, p->end).text);
+        return fail(p, DPH_ERROR_INPUT, "\"%s\" is not a number",
+                    dph_scan_word(p->cursor, p->end).text);
     p->cursor = after;
     return true;
 }
@@ -304,8 +312,9 @@ static bool read_length(struct ply *p, const struct property *property, uint32_t
     size_t item = p->ascii ? 2 : (size_t)type_size[property->type];
     if (value < 0 || value > (double)((size_t)(p->end - p->cursor) + 1) / (double)item ||
         value > (double)COUNT_LIMIT)
-        return fail(p, DPH_ERROR_INPUT, "a list of %.0f numbers does not fit in the %zu bytes that are left",
-                    value, (size_t)(p->end - p->cursor));
+        return fail(p, DPH_ERROR_INPUT,
+                    "a list of %.0f numbers does not fit in the %zu bytes that are left", value,
+                    (size_t)(p->end - p->cursor));
     *length = (uint32_t)value;
     return true;
 }
@@ -333,7 +342,8 @@ static bool check_rows(struct ply *p, const struct element *element)
     }
     left += p->ascii; /* the last number needs no blank */
     if (bytes && element->count > left / bytes)
-        return fail(p, DPH_ERROR_INPUT, "%llu rows of \"%.*s\" do not fit in the %llu bytes that are left",
+        return fail(p, DPH_ERROR_INPUT,
+                    "%llu rows of \"%.*s\" do not fit in the %llu bytes that are left",
                     (unsigned long long)element->count, SHOW(element->name),
                     (unsigned long long)(p->end - p->cursor));
     return true;
@@ -366,7 +376,8 @@ static bool read_vertices(struct ply *p, const struct element *element, struct d
                 return false;
             if (!(fabs(number) <= (double)FLT_MAX)) {
                 p->cursor = p->ascii ? p->cursor : start;
-                return fail(p, DPH_ERROR_INPUT, "vertex %zu has the %.*s %g, which no float can hold", v,
+                return fail(p, DPH_ERROR_INPUT,
+                            "vertex %zu has the %.*s %g, which no float can hold", v,
                             SHOW(property->name), number);
             }
             value[property->role] = (float)number;
@@ -381,10 +392,15 @@ static bool read_vertices(struct ply *p, const struct element *element, struct d
             double size = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
             normal &= size > 0;
             for (int k = 0; k < 3; k++)
-                mesh->normal[3 * v + k] = (float)(fabs(size - 1) < 1e-6 || size == 0 ? n[k] : n[k] / size);
+                mesh->normal[3 * v + k] =
+                    (float)(fabs(size - 1) < 1e-6 || size == 0 ? n[k] : n[k] / size);
         }
     }
-    if (!normal) { /* one without length makes them all useless */
+    if (mesh->normal && !normal) { /* one without length makes them all useless */
+        if (p->warn)
+            dph_scene_warn(p->warn,
+                           "%s: the normals are not used: one has no length; new ones are made",
+                           p->path);
         free(mesh->normal);
         mesh->normal = NULL;
     }
@@ -422,7 +438,8 @@ static bool read_index(struct ply *p, enum type type, size_t row, int least, dou
         return false;
     if (*index < least || *index >= (double)p->nvert) {
         p->cursor = p->ascii ? p->cursor : start;
-        return fail(p, DPH_ERROR_INPUT, "face %zu refers to vertex %.0f, the mesh has %zu", row, *index, p->nvert);
+        return fail(p, DPH_ERROR_INPUT, "face %zu refers to vertex %.0f, the mesh has %zu", row,
+                    *index, p->nvert);
     }
     return true;
 }
@@ -445,7 +462,8 @@ static bool read_polygon(struct ply *p, const struct property *property, size_t 
     return add_face(p, n);
 }
 
-/* A strip of triangles; every second one runs the other way, and those that only turn a corner have two equal vertices. */
+/* A strip of triangles; every second one runs the other way, and those that only turn a corner
+ * have two equal vertices. */
 static bool read_strip(struct ply *p, const struct property *property, size_t row)
 {
     uint32_t n, held = 0, last[2] = {0, 0};
@@ -487,10 +505,12 @@ static bool read_faces(struct ply *p, const struct element *element, bool strips
     while (list < element->nproperty && !is_index_list(&property[list]))
         list++;
     if (list == element->nproperty)
-        return element->count == 0 || fail(p, DPH_ERROR_INPUT, "element \"%.*s\" has no list vertex_indices",
-                                           SHOW(element->name));
+        return element->count == 0 ||
+               fail(p, DPH_ERROR_INPUT, "element \"%.*s\" has no list vertex_indices",
+                    SHOW(element->name));
     if (property[list].type >= FLOAT32)
-        return fail(p, DPH_ERROR_INPUT, "the numbers of vertices in \"%.*s\" are floats", SHOW(element->name));
+        return fail(p, DPH_ERROR_INPUT, "the numbers of vertices in \"%.*s\" are floats",
+                    SHOW(element->name));
     for (uint64_t row = 0; row < element->count; row++)
         for (size_t i = 0; i < element->nproperty; i++) {
             bool ok = i != list ? skip_property(p, &property[i])
@@ -509,12 +529,16 @@ static bool prepare_vertices(struct ply *p, const struct element *element, struc
     for (size_t i = 0; i < element->nproperty; i++)
         has[p->property[element->first + i].role] = true;
     if (!has[X] || !has[Y] || !has[Z])
-        return fail(p, DPH_ERROR_INPUT, "the vertices have no %s", !has[X] ? "x" : !has[Y] ? "y" : "z");
+        return fail(p, DPH_ERROR_INPUT, "the vertices have no %s",
+                    !has[X]   ? "x"
+                    : !has[Y] ? "y"
+                              : "z");
     if (!check_rows(p, element))
         return false;
     if (p->nvert > COUNT_LIMIT)
         return fail(p, DPH_ERROR_LIMIT, "more than 2147483648 vertices");
-    return dph_mesh_init(mesh, p->nvert, 0, has[NX] && has[NY] && has[NZ], has[U] && has[V], p->err);
+    return dph_mesh_init(mesh, p->nvert, 0, has[NX] && has[NY] && has[NZ], has[U] && has[V],
+                         p->err);
 }
 
 /* Cuts the polygons. */
@@ -570,9 +594,8 @@ static bool read_data(struct ply *p, struct dph_mesh *mesh)
 bool dph_read_ply(struct dph_mesh *mesh, const struct dph_file *file, const char *path,
                   struct dph_scene *warn, struct dph_error *err)
 {
-    (void)warn;
     memset(mesh, 0, sizeof *mesh);
-    struct ply p = {.path = path, .begin = (const char *)file->data, .err = err};
+    struct ply p = {.path = path, .begin = (const char *)file->data, .warn = warn, .err = err};
     p.cursor = p.begin;
     p.end = p.begin + file->size;
     bool ok = read_header(&p) && read_data(&p, mesh);

@@ -1,9 +1,11 @@
-/* Polygons into triangles by cutting ears (G. H. Meisters, "Polygons have ears", American Mathematical Monthly 82, 1975).
+/* Polygons into triangles by cutting ears (G. H. Meisters, "Polygons have ears", American
+ * Mathematical Monthly 82, 1975).
  *
- * The polygon is seen along the axis that its normal is closest to; the normal is Newell's (M. E. Newell, R. G. Newell, T. L. Sancha 1972), which also
- * serves polygons that are not quite plane. An ear is a convex corner whose triangle holds no other corner. A simple polygon always has
- * one; where rounding or a polygon that crosses itself leaves none, the rest becomes a fan. The work is bounded, because
- * the polygon may come from a hostile file. */
+ * The polygon is seen along the axis that its normal is closest to; the normal is Newell's (M. E.
+ * Newell, R. G. Newell, T. L. Sancha 1972), which also serves polygons that are not quite plane.
+ * An ear is a convex corner whose triangle holds no other corner. A simple polygon always has one;
+ * where rounding or a polygon that crosses itself leaves none, the rest becomes a fan. The work is
+ * bounded, because the polygon may come from a hostile file. */
 #include "mesh/polygon.h"
 
 #include "core/memory.h"
@@ -56,10 +58,12 @@ static void project(const float *position, const uint32_t *vertex, size_t stride
     }
 }
 
+/* Strictly: a fan about a corner between two in line with it would begin with a triangle without
+ * area. */
 static bool is_convex(double (*point)[2], size_t n)
 {
     for (size_t i = 0; i < n; i++)
-        if (cross(point[i], point[(i + 1) % n], point[(i + 2) % n]) < 0)
+        if (cross(point[i], point[(i + 1) % n], point[(i + 2) % n]) <= 0)
             return false;
     return true;
 }
@@ -69,9 +73,10 @@ static bool same(const double a[2], const double b[2])
     return a[0] == b[0] && a[1] == b[1];
 }
 
-/* Whether a corner is an ear of what is left of the polygon. `budget` loses one for every corner looked at. */
-static bool is_ear(double (*point)[2], const uint32_t *next, uint32_t before, uint32_t tip, uint32_t after,
-                   size_t *budget)
+/* Whether a corner is an ear of what is left of the polygon. `budget` loses one for every corner
+ * looked at. */
+static bool is_ear(double (*point)[2], const uint32_t *next, uint32_t before, uint32_t tip,
+                   uint32_t after, size_t *budget)
 {
     const double *a = point[before], *b = point[tip], *c = point[after];
     if (cross(a, b, c) <= 0)
@@ -96,7 +101,7 @@ static void cut_ears(double (*point)[2], uint32_t *link, size_t n, uint32_t *tri
         next[i] = i + 1 < n ? i + 1 : 0;
         previous[i] = i > 0 ? i - 1 : (uint32_t)n - 1;
     }
-    size_t left = n, misses = 0, budget = 4 * n * n;
+    size_t left = n, misses = 0, budget = 2 * n * n;
     uint32_t i = 0;
     while (left > 3 && misses < left && budget > 0) {
         uint32_t before = previous[i], after = next[i];

@@ -13,9 +13,11 @@ struct dph_polygon_work {
     size_t capacity;
 };
 
-/* Cuts a polygon into n - 2 triangles of corner numbers 0 .. n-1. `vertex` (n) are the rows of `position` that its corners stand for, `stride` the
- * distance between two of them in `vertex`, counted in numbers. A convex one becomes a fan about its first corner, another one that is
- * simple and nearly plane is cut by its ears, anything else becomes a fan. Writes (n - 2) x 3 numbers. False: out of memory. */
+/* Cuts a polygon into n - 2 triangles of corner numbers 0 .. n-1. `vertex` (n) are the rows of
+ * `position` that its corners stand for, `stride` the distance between two of them in `vertex`,
+ * counted in numbers. A convex one becomes a fan about its first corner, another one that is
+ * simple and nearly plane is cut by its ears, anything else becomes a fan. Writes (n - 2) x 3
+ * numbers. False: out of memory. */
 bool dph_polygon_split(const float *position, const uint32_t *vertex, size_t stride, size_t n,
                        uint32_t *triangle, struct dph_polygon_work *work);
 

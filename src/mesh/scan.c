@@ -1,10 +1,11 @@
 /* Decimal to float, correctly rounded.
  *
- * Nearly every number in a mesh file has at most 15 digits and a small power of ten. Then the digits and the power are both exact in double, and one
- * operation gives the double nearest to the number (W. D. Clinger, "How to read floating point numbers accurately", PLDI 1990). Rounding that once
- * more to float is right as well unless the double lies on the middle between two floats, or right beside it; those
- * cases, and long or extreme numbers, go to strtof() as an integer with an exponent: text without a decimal point means the same
- * in every locale. */
+ * Nearly every number in a mesh file has at most 15 digits and a small power of ten. Then the
+ * digits and the power are both exact in double, and one operation gives the double nearest to the
+ * number (W. D. Clinger, "How to read floating point numbers accurately", PLDI 1990). Rounding
+ * that once more to float is right as well unless the double lies on the middle between two
+ * floats, or right beside it; those cases, and long or extreme numbers, go to strtof() as an
+ * integer with an exponent: text without a decimal point means the same in every locale. */
 #include "mesh/scan.h"
 
 #include <float.h>
@@ -14,7 +15,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* No float and no middle between two floats has more significant digits than 113; one more says that something follows. */
+/* No float and no middle between two floats has more significant digits than 113; one more says
+ * that something follows. */
 #define MOST_DIGITS 120
 
 static bool is_digit(char c)
@@ -22,7 +24,8 @@ static bool is_digit(char c)
     return c >= '0' && c <= '9';
 }
 
-/* A number taken apart: digits[0 .. ndigit-1] * 10^exponent, and whether digits that are not 0 were cut off. */
+/* A number taken apart: digits[0 .. ndigit-1] * 10^exponent, and whether digits that are not 0
+ * were cut off. */
 struct decimal {
     const char *digits, *end; /* with a '.' among them, perhaps */
     int64_t exponent;         /* of the last digit              */
@@ -99,12 +102,14 @@ const char *dph_scan_float(const char *text, float *value)
         c = e;
     }
     double exact = -1;
-    if (ndigit <= 19 && mantissa <= UINT64_C(1) << 53 && number.exponent >= -22 && number.exponent <= 22)
+    if (ndigit <= 19 && mantissa <= UINT64_C(1) << 53 && number.exponent >= -22 &&
+        number.exponent <= 22)
         exact = number.exponent < 0 ? (double)mantissa / power[-number.exponent]
                                     : (double)mantissa * power[number.exponent];
     uint64_t bits;
     memcpy(&bits, &exact, sizeof bits);
-    uint64_t below = bits & 0x1fffffff; /* the 29 bits that a float lacks; 0x10000000 is the middle */
+    uint64_t below =
+        bits & 0x1fffffff; /* the 29 bits that a float lacks; 0x10000000 is the middle */
     bool sure = exact == 0 || (exact >= (double)FLT_MIN && exact <= (double)FLT_MAX &&
                                (below < 0x0fffffff || below > 0x10000001));
     float size = sure ? (float)exact : round_slowly(&number);

@@ -1,8 +1,9 @@
 /* STL, binary and ascii.
  *
- * A binary file is 80 bytes of anything, the number of triangles, and 50 bytes for each; its 80 bytes may well begin with "solid", as an ascii file
- * does, so the two are told apart by the size. Facet normals are not used: many writers leave them 0. An STL
- * has no vertices of its own, so equal corners are merged. */
+ * A binary file is 80 bytes of anything, the number of triangles, and 50 bytes for each; its 80
+ * bytes may well begin with "solid", as an ascii file does, so the two are told apart by the size.
+ * Facet normals are not used: many writers leave them 0. An STL has no vertices of its own, so
+ * equal corners are merged. */
 #include "mesh/readers.h"
 
 #include "core/fail.h"
@@ -21,13 +22,14 @@ static uint32_t load_u32(const unsigned char *b)
     return (uint32_t)b[0] | (uint32_t)b[1] << 8 | (uint32_t)b[2] << 16 | (uint32_t)b[3] << 24;
 }
 
-static bool read_binary(const struct dph_file *file, const char *path, float **point, size_t *npoint,
-                        struct dph_error *err)
+static bool read_binary(const struct dph_file *file, const char *path, float **point,
+                        size_t *npoint, struct dph_error *err)
 {
     size_t ntri = load_u32(file->data + 80);
     if (file->size != HEADER + FACET * ntri)
-        return dph_fail(err, DPH_ERROR_INPUT, "%s: byte 80: %zu triangles need %zu bytes, the file has %zu",
-                        path, ntri, HEADER + FACET * ntri, file->size);
+        return dph_fail(err, DPH_ERROR_INPUT,
+                        "%s: byte 80: %zu triangles need %zu bytes, the file has %zu", path, ntri,
+                        HEADER + FACET * ntri, file->size);
     *npoint = 3 * ntri;
     *point = dph_alloc(*npoint, 3 * sizeof **point);
     if (!*point)
@@ -40,7 +42,8 @@ static bool read_binary(const struct dph_file *file, const char *path, float **p
             memcpy(value, &bits, sizeof bits);
             if (!isfinite(*value))
                 return dph_fail(err, DPH_ERROR_INPUT,
-                                "%s: byte %zu: triangle %zu has the coordinate %g, which is not finite",
+                                "%s: byte %zu: triangle %zu has the coordinate %g, which is not "
+                                "finite",
                                 path, at, t, (double)*value);
         }
     return true;
@@ -89,8 +92,9 @@ static bool take(struct text *t, const char *wanted)
 
 static bool expect(struct text *t, const char *wanted)
 {
-    return take(t, wanted) || dph_fail(t->err, DPH_ERROR_INPUT, "%s:%zu: \"%s\" must stand here, not \"%s\"",
-                                       t->path, t->line, wanted, dph_scan_word(t->cursor, t->end).text);
+    return take(t, wanted) ||
+           dph_fail(t->err, DPH_ERROR_INPUT, "%s:%zu: \"%s\" must stand here, not \"%s\"", t->path,
+                    t->line, wanted, dph_scan_word(t->cursor, t->end).text);
 }
 
 static bool read_vertex(struct text *t, float point[3])
@@ -101,8 +105,9 @@ static bool read_vertex(struct text *t, float point[3])
         find_word(t);
         const char *after = dph_scan_float(t->cursor, &point[k]);
         if (!after || (after < t->end && (unsigned char)*after > ' ') || !isfinite(point[k]))
-            return dph_fail(t->err, DPH_ERROR_INPUT, "%s:%zu: a coordinate must be a finite number, not \"%s\"",
-                            t->path, t->line, dph_scan_word(t->cursor, t->end).text);
+            return dph_fail(t->err, DPH_ERROR_INPUT,
+                            "%s:%zu: a coordinate must be a finite number, not \"%s\"", t->path,
+                            t->line, dph_scan_word(t->cursor, t->end).text);
         t->cursor = after;
     }
     return true;
@@ -116,8 +121,9 @@ static bool read_facet(struct text *t, float point[9])
         find_word(t);
         skip_word(t);
     }
-    return expect(t, "outer") && expect(t, "loop") && read_vertex(t, point) && read_vertex(t, point + 3) &&
-           read_vertex(t, point + 6) && expect(t, "endloop") && expect(t, "endfacet");
+    return expect(t, "outer") && expect(t, "loop") && read_vertex(t, point) &&
+           read_vertex(t, point + 3) && read_vertex(t, point + 6) && expect(t, "endloop") &&
+           expect(t, "endfacet");
 }
 
 static bool read_ascii(const struct dph_file *file, const char *path, float **point, size_t *npoint,
@@ -142,12 +148,14 @@ static bool read_ascii(const struct dph_file *file, const char *path, float **po
         skip_line(&t);
     }
     if (ntri == 0)
-        return dph_fail(err, DPH_ERROR_INPUT, "%s:%zu: the file ends without a triangle", path, t.line);
+        return dph_fail(err, DPH_ERROR_INPUT, "%s:%zu: the file ends without a triangle", path,
+                        t.line);
     *npoint = 3 * ntri;
     return true;
 }
 
-/* Whether a file whose size is not that of a binary one is meant as ascii: it begins like that and has no 0 byte, as a cut binary file has. */
+/* Whether a file whose size is not that of a binary one is meant as ascii: it begins like that and
+ * has no 0 byte, as a cut binary file has. */
 static bool looks_ascii(const struct dph_file *file)
 {
     struct text t = {.cursor = (const char *)file->data};
@@ -168,8 +176,8 @@ bool dph_read_stl(struct dph_mesh *mesh, const struct dph_file *file, const char
     bool fits = file->size >= HEADER && file->size == HEADER + FACET * promised;
     bool ascii = !fits && looks_ascii(file);
     if (!ascii && file->size < HEADER) {
-        dph_fail(err, DPH_ERROR_INPUT, "%s: byte %zu: the file ends inside its header of 84 bytes", path,
-                 file->size);
+        dph_fail(err, DPH_ERROR_INPUT, "%s: byte %zu: the file ends inside its header of 84 bytes",
+                 path, file->size);
         goto error;
     }
     if (!(ascii ? read_ascii : read_binary)(file, path, &point, &npoint, err))

@@ -1,12 +1,14 @@
 /* Welding by exact position: every distinct point of a mesh gets one number.
  *
- * A hash table with open addressing and linear probing (Knuth, The Art of Computer Programming 3, 6.4, algorithm L). It holds the
- * first vertex of every position and nothing else, 4 bytes a slot, and is at most half full; it starts small and doubles, because a mesh with unshared
- * vertices has six times fewer positions than vertices. Vertices are taken in blocks: the slots of a whole block are
- * prefetched before the first of them is looked at, which hides most of the time that a large table costs.
+ * A hash table with open addressing and linear probing (Knuth, The Art of Computer Programming 3,
+ * 6.4, algorithm L). It holds the first vertex of every position and nothing else, 4 bytes a slot,
+ * and is at most half full; it starts small and doubles, because a mesh with unshared vertices has
+ * six times fewer positions than vertices. Vertices are taken in blocks: the slots of a whole
+ * block are prefetched before the first of them is looked at, which hides most of the time that a
+ * large table costs.
  *
- * Coordinates on a grid differ in a few high bits only, which is what a weak hash turns into long runs; so all
- * 96 bits go through two rounds of multiply and shift. */
+ * Coordinates on a grid differ in a few high bits only, which is what a weak hash turns into long
+ * runs; so all 96 bits go through two rounds of multiply and shift. */
 #include <diaphan/mesh.h>
 
 #include "core/fail.h"
@@ -21,7 +23,7 @@
 #define EMPTY UINT32_MAX
 
 struct table {
-    uint32_t *slot; /* (capacity) the first vertex of a position, or EMPTY */
+    uint32_t *slot;  /* (capacity) the first vertex of a position, or EMPTY */
     size_t capacity; /* a power of two                                      */
 };
 

@@ -1,7 +1,8 @@
 /* Bare meshes as OBJ, PLY (binary, little-endian) and STL (binary).
  *
- * Every number comes back from the readers as it was, but for STL, which has no normals of vertices. The second texture coordinate counts
- * upward in these formats and downward in the library. Files are put together in a buffer of fixed size. */
+ * Every number comes back from the readers as it was, but for STL, which has no normals of
+ * vertices. The second texture coordinate counts upward in these formats and downward in the
+ * library. Files are put together in a buffer of fixed size. */
 #include "mesh/readers.h"
 
 #include "core/fail.h"
@@ -17,7 +18,8 @@ struct buffer {
     char data[1 << 14];
 };
 
-/* Room for `size` more bytes, at most 1024; what is written is counted by the caller in buffer->size. */
+/* Room for `size` more bytes, at most 1024; what is written is counted by the caller in
+ * buffer->size. */
 static char *reserve(struct buffer *b, size_t size)
 {
     if (b->size + size > sizeof b->data) {
@@ -112,15 +114,16 @@ bool dph_write_ply(const struct dph_mesh *mesh, const char *path, struct dph_err
     if (!b.out)
         return false;
     char text[160];
-    snprintf(text, sizeof text, "ply\nformat binary_little_endian 1.0\nelement vertex %zu\n", mesh->nvert);
+    snprintf(text, sizeof text, "ply\nformat binary_little_endian 1.0\nelement vertex %zu\n",
+             mesh->nvert);
     put_text(&b, text);
     put_text(&b, "property float x\nproperty float y\nproperty float z\n");
     if (mesh->normal)
         put_text(&b, "property float nx\nproperty float ny\nproperty float nz\n");
     if (mesh->texcoord)
         put_text(&b, "property float s\nproperty float t\n");
-    snprintf(text, sizeof text, "element face %zu\nproperty list uchar int vertex_indices\nend_header\n",
-             mesh->ntri);
+    snprintf(text, sizeof text,
+             "element face %zu\nproperty list uchar int vertex_indices\nend_header\n", mesh->ntri);
     put_text(&b, text);
     for (size_t v = 0; v < mesh->nvert; v++) {
         for (int k = 0; k < 3; k++)
@@ -157,7 +160,8 @@ bool dph_write_stl(const struct dph_mesh *mesh, const char *path, struct dph_err
             u[a] = (double)p[1][a] - p[0][a];
             v[a] = (double)p[2][a] - p[0][a];
         }
-        double n[3] = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
+        double n[3] = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2],
+                       u[0] * v[1] - u[1] * v[0]};
         double size = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
         for (int a = 0; a < 3; a++)
             put_float(&b, size > 0 ? (float)(n[a] / size) : 0);

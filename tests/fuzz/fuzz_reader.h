@@ -1,4 +1,5 @@
-/* What the fuzz targets have in common: bytes in, a mesh or an error out, and a mesh must hold what mesh.h promises. */
+/* What the fuzz targets have in common: bytes in, a mesh or an error out, and a mesh must hold
+ * what mesh.h promises. */
 #ifndef DPH_FUZZ_READER_H
 #define DPH_FUZZ_READER_H
 
