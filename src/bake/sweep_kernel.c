@@ -35,14 +35,14 @@ struct dph_sweep_block {
     struct item {
         uint32_t slot;
         uint16_t triangle;
-        uint16_t count;
-    } item[ITEMS + DPH_SWEEP_ROWS];
+        uint16_t count; /* may be more than eight: the next item has the rest */
+    } item[ITEMS];
     /* Items with a crossing: bit i for slot + i. */
     struct hit {
         uint32_t slot;
         uint16_t triangle;
         uint8_t covered, leaves; /* crossed; the crossing leaves matter along +d                   */
-    } hit[ITEMS + DPH_SWEEP_ROWS];
+    } hit[ITEMS];
 };
 
 static const dph_i8 lanes = {0, 1, 2, 3, 4, 5, 6, 7};
@@ -350,39 +350,53 @@ static void add_hits(const struct dph_sweep *sweep, struct dph_sweep_scratch *sc
     }
 }
 
-/* The columns that triangle t covers within one row of cells, for triangles much larger than a cell. The row is widened by
- * more than the rounding of its bounds, and so is the result. False: none. */
-static bool clip_to_row(const struct dph_sweep_block *block, const struct dph_sweep_grid *grid,
-                        int t, int row, int *column0, int *column1)
+/* The columns that triangle t covers within eight rows of cells from `row` on, for triangles much larger than a cell. The rows are widened by
+ * more than the rounding of their bounds, and so is the result; column0 > column1 where a row has none. */
+static inline void clip_to_rows(const struct dph_sweep_block *block, const struct dph_sweep_grid *grid,
+                                int t, int row, int32_t *column0, int32_t *column1)
 {
-    float low = grid->bottom + (float)row / grid->per_y - 2e-6f;
-    float high = grid->bottom + (float)(row + 1) / grid->per_y + 2e-6f;
-    const float edges[3][4] = {
-        {block->x0[t], block->y0[t], block->dx02[t], block->dy02[t]},
-        {block->x0[t], block->y0[t], block->dx01[t], block->dy01[t]},
-        {block->x1[t], block->y1[t], block->dx12[t], block->dy12[t]},
-    };
-    float left = 4, right = -4;
+    const float margin = 2e-6f;
+    dph_f8 rows = __builtin_convertvector(lanes + row, dph_f8);
+    dph_f8 low = grid->bottom + rows / grid->per_y - margin;
+    dph_f8 high = grid->bottom + (rows + 1) / grid->per_y + margin;
+    dph_f8 left = dph_f8_set(4), right = dph_f8_set(-4);
     for (int e = 0; e < 3; e++) {
-        float x = edges[e][0], y = edges[e][1], dx = edges[e][2], dy = edges[e][3];
-        if (!(dy > 0) || y > high || y + dy < low) /* a level edge ends where the others do */
+        float x = e < 2 ? block->x0[t] : block->x1[t], y = e < 2 ? block->y0[t] : block->y1[t];
+        float dx = e == 0 ? block->dx02[t] : e == 1 ? block->dx01[t] : block->dx12[t];
+        float dy = e == 0 ? block->dy02[t] : e == 1 ? block->dy01[t] : block->dy12[t];
+        if (!(dy > 0)) /* a level edge ends where the other two do */
             continue;
-        float enters = (low - y) / dy, ends = (high - y) / dy;
-        float a = x + dx * (enters > 0 ? enters : 0), b = x + dx * (ends < 1 ? ends : 1);
-        left = fminf(left, fminf(a, b));
-        right = fmaxf(right, fmaxf(a, b));
+        float scale = 1 / dy;
+        dph_f8 a = x + dx * max8((low - y) * scale, dph_f8_set(0));
+        dph_f8 b = x + dx * min8((high - y) * scale, dph_f8_set(1));
+        dph_i8 reaches = (high >= y) & (low <= y + dy);
+        left = dph_f8_select(reaches, min8(left, min8(a, b)), left);
+        right = dph_f8_select(reaches, max8(right, max8(a, b)), right);
     }
-    float from = (left - 2e-6f - grid->left) * grid->per_x;
-    float to = (right + 2e-6f - grid->left) * grid->per_x;
-    if (from > (float)*column0)
-        *column0 = (int)from;
-    if (to < (float)*column1)
-        *column1 = (int)to;
-    return *column0 <= *column1;
+    dph_f8 first = dph_f8_set((float)block->column0[t]), last = dph_f8_set((float)block->column1[t]);
+    dph_f8 from = max8((left - margin - grid->left) * grid->per_x, first);
+    dph_f8 to = min8((right + margin - grid->left) * grid->per_x, last);
+    store_i8(column0, __builtin_convertvector(min8(from, last + 1), dph_i8));
+    store_i8(column1, __builtin_convertvector(max8(to, dph_f8_set(-1)), dph_i8));
 }
 
-/* Lists the runs of slots that triangle t covers, a run a row of cells, eight slots an item. Tests the list when it is full. Returns
- * its new length. */
+/* Adds the slots begin .. end - 1 to the list, eight an item, and tests the list when it is full. Returns its new length. */
+static inline int list_run(const struct dph_sweep *sweep, struct dph_sweep_scratch *scratch,
+                           const struct dph_sweep_frame *frame, enum dph_definition definition,
+                           int t, uint32_t begin, uint32_t end, int items)
+{
+    for (; begin < end; begin += 8) {
+        uint32_t slots = end - begin < 8 ? end - begin : 8;
+        scratch->block->item[items++] = (struct item){begin, (uint16_t)t, (uint16_t)slots};
+        if (items == ITEMS) {
+            add_hits(sweep, scratch, frame, definition, find_hits(scratch->block, scratch, items));
+            items = 0;
+        }
+    }
+    return items;
+}
+
+/* Lists the runs of slots that triangle t covers, a run a row of cells. Returns the list's new length. */
 static int list_items(const struct dph_sweep *sweep, struct dph_sweep_scratch *scratch,
                       const struct dph_sweep_frame *frame, enum dph_definition definition, int t,
                       int items)
@@ -393,7 +407,7 @@ static int list_items(const struct dph_sweep *sweep, struct dph_sweep_scratch *s
     int row0 = block->row0[t], rows = block->row1[t] - row0 + 1;
     const uint32_t *start = scratch->start + (size_t)row0 * columns;
     if (rows <= DPH_SWEEP_ROWS) {
-        /* Nearly always: write all of them, count those that are wanted, no branch to be guessed wrong. */
+        /* Nearly always: write what could be wanted, count what is, and there is no branch to be guessed wrong. */
         const uint32_t *begin = start + block->column0[t], *end = start + block->column1[t] + 1;
         struct item *item = block->item + items;
         int count = 0;
@@ -402,24 +416,20 @@ static int list_items(const struct dph_sweep *sweep, struct dph_sweep_scratch *s
             uint32_t slots = row < rows ? *end - *begin : 0;
             item[count] = (struct item){*begin, (uint16_t)t, (uint16_t)slots};
             count += slots != 0;
+            item[count] = (struct item){*begin + 8, (uint16_t)t, (uint16_t)(slots - 8)};
+            count += slots > 8;
             longest = slots > longest ? slots : longest;
         }
-        if (longest <= 8)
+        if (longest <= 16)
             return items + count;
     }
-    for (int row = row0; row < row0 + rows; row++, start += columns) {
-        int column0 = block->column0[t], column1 = block->column1[t];
-        if (!clip_to_row(block, grid, t, row, &column0, &column1))
-            continue;
-        uint32_t end = start[column1 + 1];
-        for (uint32_t slot = start[column0]; slot < end; slot += 8) {
-            uint32_t slots = end - slot < 8 ? end - slot : 8;
-            block->item[items++] = (struct item){slot, (uint16_t)t, (uint16_t)slots};
-            if (items >= ITEMS) {
-                add_hits(sweep, scratch, frame, definition, find_hits(block, scratch, items));
-                items = 0;
-            }
-        }
+    for (int row = 0; row < rows; row += 8) {
+        int32_t column0[8], column1[8];
+        clip_to_rows(block, grid, t, row0 + row, column0, column1);
+        int lasts = rows - row < 8 ? rows - row : 8;
+        for (int i = 0; i < lasts; i++, start += columns)
+            items = list_run(sweep, scratch, frame, definition, t, start[column0[i]],
+                             start[column1[i] + 1], items);
     }
     return items;
 }
@@ -434,8 +444,13 @@ static void cross(const struct dph_sweep *sweep, struct dph_sweep_scratch *scrat
         for (int i = 0; i < count; i += 8)
             prepare(block, i, scratch->rotated, sweep->corner + 3 * (first + (size_t)i), &scratch->grid);
         int items = 0;
-        for (int t = 0; t < count; t++)
+        for (int t = 0; t < count; t++) {
             items = list_items(sweep, scratch, frame, definition, t, items);
+            if (items > ITEMS - 2 * DPH_SWEEP_ROWS) {
+                add_hits(sweep, scratch, frame, definition, find_hits(block, scratch, items));
+                items = 0;
+            }
+        }
         add_hits(sweep, scratch, frame, definition, find_hits(block, scratch, items));
     }
 }

@@ -18,7 +18,7 @@ struct dph_sweep {
 
 /* The grid: cells a position over the projected positions' box (a third of which is empty), and how much taller than wide the cells are,
  * as a square root. Tall cells make fewer runs, narrow ones shorter runs. */
-#define DPH_SWEEP_CELLS 1.5f
+#define DPH_SWEEP_CELLS 2.0f
 #define DPH_SWEEP_ASPECT 1.5f
 
 /* Rows of cells that nearly all triangles keep to; the grid's offsets are readable that many rows beyond its end. */
