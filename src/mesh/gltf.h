@@ -63,6 +63,8 @@ bool dph_gltf_object(const struct dph_document *doc, const json_t *object, const
 bool dph_gltf_numbers(const struct dph_document *doc, const json_t *object, const char *key,
                       const char *place, size_t count, double *value, bool *found,
                       struct dph_error *err);
+/* The same of parts of the file that nothing has checked: SIZE_MAX where it is no count, 0 where it is missing. */
+size_t dph_gltf_unchecked(const json_t *object, const char *key);
 /* Element `i` of a root array, which must be an object; `place` names who refers to it. */
 bool dph_gltf_element(const struct dph_document *doc, const char *array, size_t i, const char *place,
                       json_t **element, struct dph_error *err);

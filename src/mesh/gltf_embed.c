@@ -16,9 +16,9 @@
 static void redirect(struct dph_gltf_output *out, json_t *object, const size_t *base,
                      size_t nbuffer, size_t shift)
 {
-    size_t buffer = (size_t)json_number_value(json_object_get(object, "buffer"));
-    size_t offset = (size_t)json_number_value(json_object_get(object, "byteOffset"));
-    if (!json_object_get(object, "buffer") || buffer >= nbuffer)
+    size_t buffer = dph_gltf_unchecked(object, "buffer");
+    size_t offset = dph_gltf_unchecked(object, "byteOffset");
+    if (!json_object_get(object, "buffer") || buffer >= nbuffer || offset == SIZE_MAX)
         return;
     if (base[buffer] != SIZE_MAX) {
         dph_gltf_set(out, object, "buffer", json_integer(0));

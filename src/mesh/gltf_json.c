@@ -62,6 +62,15 @@ bool dph_gltf_size(const struct dph_document *doc, const json_t *object, const c
     return true;
 }
 
+size_t dph_gltf_unchecked(const json_t *object, const char *key)
+{
+    const json_t *member = json_object_get(object, key);
+    double real = json_number_value(member);
+    if (!member)
+        return 0;
+    return json_is_number(member) && real >= 0 && real <= 4294967296. ? (size_t)real : SIZE_MAX;
+}
+
 bool dph_gltf_array(const struct dph_document *doc, const json_t *object, const char *key,
                     const char *place, json_t **array, struct dph_error *err)
 {

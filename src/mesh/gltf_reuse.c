@@ -150,11 +150,6 @@ static size_t *collect(const unsigned char *list, size_t count, size_t *found)
     return out;
 }
 
-static size_t member(const json_t *object, const char *key)
-{
-    return (size_t)json_number_value(json_object_get(object, key));
-}
-
 /* The end of the first buffer without the views that are replaced: cut only where they reach to its very end. */
 static size_t end_without(const struct dph_document *doc, const struct dph_gltf_slots *slots,
                           const unsigned char *use)
@@ -167,19 +162,24 @@ static size_t end_without(const struct dph_document *doc, const struct dph_gltf_
             dph_gltf_extension(view, "EXT_meshopt_compression", "KHR_meshopt_compression");
         const json_t *const reference[2] = {view, packed};
         for (int k = 0; k < 2; k++) {
-            size_t stop = member(reference[k], "byteOffset") + member(reference[k], "byteLength");
-            if (reference[k] && use[i] != OLD && member(reference[k], "buffer") == 0 && stop > used)
-                used = stop;
+            if (!reference[k] || use[i] == OLD || dph_gltf_unchecked(reference[k], "buffer"))
+                continue;
+            size_t from = dph_gltf_unchecked(reference[k], "byteOffset");
+            size_t size = dph_gltf_unchecked(reference[k], "byteLength");
+            if (from == SIZE_MAX || size == SIZE_MAX) /* nobody read it: nothing is cut */
+                return end;
+            used = from + size > used ? from + size : used;
         }
     }
     for (bool again = true; again;) {
         again = false;
         for (size_t k = slots->nview; k-- > 0;) {
             const json_t *view = json_array_get(views, slots->view[k]);
-            size_t from = member(view, "byteOffset"), stop = from + member(view, "byteLength");
+            size_t from = dph_gltf_unchecked(view, "byteOffset");
+            size_t size = dph_gltf_unchecked(view, "byteLength"), stop = from + size;
             /* what is behind it may only be padding */
-            if (member(view, "buffer") == 0 && from >= used && from < end && stop <= end &&
-                end - stop < 8) {
+            if (dph_gltf_unchecked(view, "buffer") == 0 && from >= used && from < end &&
+                size <= end - from && end - stop < 8) {
                 end = from;
                 again = true;
             }
