@@ -1,11 +1,12 @@
 /* Welding by exact position: every distinct point of a mesh gets one number.
  *
  * A hash table with open addressing and linear probing (Knuth, The Art of Computer Programming 3,
- * 6.4, algorithm L). It holds the first vertex of every position and nothing else, 4 bytes a slot,
- * and is at most half full; it starts small and doubles, because a mesh with unshared vertices has
- * six times fewer positions than vertices. Vertices are taken in blocks: the slots of a whole
- * block are prefetched before the first of them is looked at, which hides most of the time that a
- * large table costs.
+ * 6.4, algorithm L). A slot holds the first vertex of a position beside its hash, 8 bytes, so that
+ * coordinates are only looked at where they are almost certainly equal, and so that a larger table
+ * is filled from the smaller one in one pass over both. It starts small and doubles when it is
+ * three quarters full, because a mesh with unshared vertices has six times fewer positions than
+ * vertices. Vertices are taken in blocks: the slots of a whole block are prefetched before the
+ * first of them is looked at, which hides most of the time that a large table costs.
  *
  * Coordinates on a grid differ in a few high bits only, which is what a weak hash turns into long
  * runs; so all 96 bits go through two rounds of multiply and shift. */
@@ -20,11 +21,12 @@
 
 #define BLOCK 64
 #define FIRST_CAPACITY 1024
-#define EMPTY UINT32_MAX
+#define MOST_VERTICES UINT32_MAX
+#define EMPTY UINT64_MAX
 
 struct table {
-    uint32_t *slot;  /* (capacity) the first vertex of a position, or EMPTY */
-    size_t capacity; /* a power of two                                      */
+    uint64_t *slot;  /* (capacity) hash << 32 | first vertex of a position, or EMPTY */
+    size_t capacity; /* a power of two                                               */
 };
 
 static void load_point(const float *position, size_t stride, size_t i, float point[3])
@@ -32,7 +34,7 @@ static void load_point(const float *position, size_t stride, size_t i, float poi
     memcpy(point, (const char *)position + i * stride, 3 * sizeof *point);
 }
 
-static uint64_t hash_point(const float point[3])
+static uint32_t hash_point(const float point[3])
 {
     uint32_t bits[3];
     memcpy(bits, point, sizeof bits);
@@ -45,46 +47,44 @@ static uint64_t hash_point(const float point[3])
     h = (h ^ bits[2]) * UINT64_C(0x6a09e667f3bcc909);
     h ^= h >> 29;
     h *= UINT64_C(0xbb67ae8584caa73b);
-    return h ^ h >> 32;
+    return (uint32_t)(h ^ h >> 32);
 }
 
 /* The slot of a point: the one that holds an equal point, or the empty one where it belongs. */
-static size_t find_slot(const struct table *table, const float *position, size_t stride,
-                        const float point[3], uint64_t hash)
+static uint64_t *find_slot(const struct table *table, const float *position, size_t stride,
+                           const float point[3], uint32_t hash)
 {
     size_t mask = table->capacity - 1;
     for (size_t s = hash & mask;; s = (s + 1) & mask) {
-        if (table->slot[s] == EMPTY)
-            return s;
+        uint64_t slot = table->slot[s];
+        if (slot == EMPTY)
+            return &table->slot[s];
+        if (slot >> 32 != hash)
+            continue;
         float other[3];
-        load_point(position, stride, table->slot[s], other);
+        load_point(position, stride, (uint32_t)slot, other);
         if (other[0] == point[0] && other[1] == point[1] && other[2] == point[2])
-            return s;
+            return &table->slot[s];
     }
 }
 
-/* Makes a table of `capacity` slots that holds the positions of the first `nvert` vertices. */
-static bool rebuild(struct table *table, size_t capacity, const float *position, size_t stride,
-                    const uint32_t *position_of, size_t nvert)
+/* Moves everything to a table of `capacity` slots. */
+static bool grow(struct table *table, size_t capacity)
 {
-    uint32_t *slot = dph_alloc(capacity, sizeof *slot);
+    uint64_t *slot = dph_alloc(capacity, sizeof *slot);
     if (!slot)
         return false;
-    free(table->slot);
-    *table = (struct table){slot, capacity};
     memset(slot, 0xff, capacity * sizeof *slot);
-    size_t next = 0;
-    for (size_t i = 0; i < nvert; i++) {
-        if (position_of[i] != next)
-            continue; /* not the first of its position */
-        next++;
-        float point[3];
-        load_point(position, stride, i, point);
-        size_t s = hash_point(point) & (capacity - 1);
+    for (size_t i = 0; i < table->capacity; i++) {
+        if (table->slot[i] == EMPTY)
+            continue;
+        size_t s = table->slot[i] >> 32 & (capacity - 1);
         while (slot[s] != EMPTY)
             s = (s + 1) & (capacity - 1);
-        slot[s] = (uint32_t)i;
+        slot[s] = table->slot[i];
     }
+    free(table->slot);
+    *table = (struct table){slot, capacity};
     return true;
 }
 
@@ -93,21 +93,20 @@ size_t dph_mesh_weld(const float *position, size_t stride, size_t nvert, uint32_
 {
     struct table table = {0};
     size_t count = 0;
-    if (nvert >= EMPTY) {
+    if (nvert >= MOST_VERTICES) {
         dph_fail(err, DPH_ERROR_LIMIT, "%zu vertices are more than the %u that are handled", nvert,
-                 EMPTY - 1);
+                 MOST_VERTICES - 1);
         return SIZE_MAX;
     }
     for (size_t begin = 0; begin < nvert; begin += BLOCK) {
         size_t n = nvert - begin < BLOCK ? nvert - begin : BLOCK;
-        if (2 * (count + n) > table.capacity &&
-            !rebuild(&table, table.capacity ? 2 * table.capacity : FIRST_CAPACITY, position, stride,
-                     position_of, begin)) {
+        if (4 * (count + n) > 3 * table.capacity &&
+            !grow(&table, table.capacity ? 2 * table.capacity : FIRST_CAPACITY)) {
             dph_fail_memory(err);
             goto error;
         }
         float point[BLOCK][3];
-        uint64_t hash[BLOCK];
+        uint32_t hash[BLOCK];
         for (size_t k = 0; k < n; k++) {
             load_point(position, stride, begin + k, point[k]);
             if (!isfinite(point[k][0]) || !isfinite(point[k][1]) || !isfinite(point[k][2])) {
@@ -119,12 +118,12 @@ size_t dph_mesh_weld(const float *position, size_t stride, size_t nvert, uint32_
             __builtin_prefetch(&table.slot[hash[k] & (table.capacity - 1)]);
         }
         for (size_t k = 0; k < n; k++) {
-            size_t s = find_slot(&table, position, stride, point[k], hash[k]);
-            if (table.slot[s] == EMPTY) {
-                table.slot[s] = (uint32_t)(begin + k);
+            uint64_t *slot = find_slot(&table, position, stride, point[k], hash[k]);
+            if (*slot == EMPTY) {
+                *slot = (uint64_t)hash[k] << 32 | (begin + k);
                 position_of[begin + k] = (uint32_t)count++;
             } else {
-                position_of[begin + k] = position_of[table.slot[s]];
+                position_of[begin + k] = position_of[(uint32_t)*slot];
             }
         }
     }
