@@ -301,6 +301,35 @@ static void test_mirrored(void **state)
     }
 }
 
+/* A picture larger than a tile has no seam: it agrees with one drawn small, each of whose pixels covers 16 x 16 of the large one. The
+ * tiles meet at 2048, on the sphere. */
+static void test_tiles(void **state)
+{
+    (void)state;
+    struct dph_scene *scene = scene_of(make_sphere(32, 1, nowhere), NULL);
+    struct dph_frame small = small_frame("lambert", 4, 80, 30), large;
+    small.camera = (struct dph_camera){0, 0, 4, .5};
+    small.width = 144;
+    large = small;
+    large.width = 144 * 16;
+    large.height = 4 * 16;
+    large.samples = 1;
+    struct dph_image a = picture(scene, &small), b = picture(scene, &large);
+    assert_true(pixel_at(&b, 2047, 32)[3] == 1 && pixel_at(&b, 2048, 32)[3] == 1 && pixel_at(&b, 2047, 32)[0] > .5F);
+    for (int y = 0; y < 4; y++)
+        for (int x = 10; x < 134; x++) {
+            double mean = 0;
+            for (int i = 0; i < 256; i++)
+                mean += (double)pixel_at(&b, 16 * x + i % 16, 16 * y + i / 16)[0] / 256;
+            assert_float_equal(pixel_at(&a, x, y)[0], mean, .02);
+        }
+    for (int x = 2000; x < 2100; x++) /* pixel by pixel */
+        assert_float_equal(pixel_at(&b, x, 30)[0], pixel_at(&b, x + 1, 30)[0], .003);
+    dph_image_finish(&a);
+    dph_image_finish(&b);
+    dph_scene_destroy(scene);
+}
+
 static void test_refusals(void **state)
 {
     (void)state;
@@ -402,7 +431,7 @@ int main(void)
         cmocka_unit_test(test_formulas),         cmocka_unit_test(test_open_sheet),
         cmocka_unit_test(test_many_lights),      cmocka_unit_test(test_mirrored),
         cmocka_unit_test(test_refusals),         cmocka_unit_test(test_methods),
-        cmocka_unit_test(test_uniforms),
+        cmocka_unit_test(test_uniforms),         cmocka_unit_test(test_tiles),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     if (!__lsan_disable)

@@ -37,8 +37,10 @@ struct dph_target {
 /* Makes the target fit; keeps it where it does already. Fewer samples where GL has fewer. False: DPH_ERROR_CAPABILITY. */
 bool dph_target_fit(struct dph_target *target, int width, int height, int samples, struct dph_error *err);
 void dph_target_finish(struct dph_target *target);
-/* Resolves and reads back rows from the top: premultiplied by coverage, with coverage in alpha. */
-bool dph_target_read(struct dph_target *target, float *pixel /* (height x width x 4) */, struct dph_error *err);
+/* Resolves the lower left width x height pixels and reads them back, rows from the bottom, `row_length` pixels apart: premultiplied
+ * by coverage, with coverage in alpha. False: DPH_ERROR_CAPABILITY. */
+bool dph_target_read(struct dph_target *target, int width, int height, float *pixel, int row_length,
+                     struct dph_error *err);
 
 /* A program for a number of lights and of coefficient vectors. */
 struct dph_variant {

@@ -1,7 +1,8 @@
 /* A scene on the GPU, and frames of it: camera, target, method, read back.
  *
  * The camera looks at the centre of the scene's bounding box from `distance` radii of its bounding sphere; the sphere also gives the near and the far
- * plane. The background is composited after the samples are averaged: color + (1 - coverage) * background. */
+ * plane. Large pictures are drawn in tiles, so that the multisampled target stays within some hundred megabytes. The background is
+ * composited after the samples are averaged: color + (1 - coverage) * background. */
 #include <diaphan/render.h>
 
 #include "core/fail.h"
@@ -12,6 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define TILE 2048 /* pixels a side */
 #define DEGREE (3.14159265358979323846 / 180)
 
 struct dph_frame dph_frame_defaults(void)
@@ -134,14 +136,45 @@ static bool begin(struct dph_draw *draw, struct dph_renderer *renderer, const st
     return true;
 }
 
-static void composite(struct dph_image *image, const double background[3])
+/* Turns rows from the bottom into rows from the top and puts the background behind. */
+static void finish_image(struct dph_image *image, const double background[3])
 {
-    size_t count = (size_t)image->width * (size_t)image->height;
-    for (size_t i = 0; i < count; i++) {
-        float *pixel = image->pixel + 4 * i;
-        for (int c = 0; c < 3; c++)
-            pixel[c] += (1 - pixel[3]) * (float)background[c];
+    size_t row = (size_t)image->width * 4, rows = (size_t)image->height;
+    for (size_t y = 0; y < rows / 2; y++)
+        for (size_t i = 0; i < row; i++) {
+            float *a = image->pixel + y * row + i, *b = image->pixel + (rows - 1 - y) * row + i, swap = *a;
+            *a = *b;
+            *b = swap;
+        }
+    for (size_t i = 0; i < rows * row; i += 4)
+        for (size_t c = 0; c < 3; c++)
+            image->pixel[i + c] += (1 - image->pixel[i + 3]) * (float)background[c];
+}
+
+/* Draws the part of the frame whose lower left pixel is (x, y) into the target. */
+static bool draw_tile(struct dph_draw *draw, const float clip[16], int x, int y, int width, int height,
+                      struct dph_error *err)
+{
+    double w = draw->frame->width, h = draw->frame->height;
+    for (int c = 0; c < 4; c++) { /* stretch clip space so that the tile fills it */
+        const float *in = clip + 4 * c;
+        float *out = draw->clip + 4 * c;
+        out[0] = (float)((double)in[0] * w / width - (double)in[3] * (2 * x + width - w) / width);
+        out[1] = (float)((double)in[1] * h / height - (double)in[3] * (2 * y + height - h) / height);
     }
+    glBindFramebuffer(GL_FRAMEBUFFER, draw->renderer->target.frame);
+    glViewport(0, 0, width, height);
+    glClearColor(0, 0, 0, 0);
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    glEnable(GL_DEPTH_TEST);
+    glDepthFunc(GL_LESS);
+    glDisable(GL_BLEND);
+    glDisable(GL_CULL_FACE); /* open sheets have two sides */
+    bool ok = draw->frame->method->draw->draw(draw, err);
+    glFrontFace(GL_CCW);
+    glUseProgram(0);
+    glBindFramebuffer(GL_FRAMEBUFFER, 0);
+    return ok;
 }
 
 bool dph_renderer_draw(struct dph_renderer *renderer, const struct dph_frame *frame,
@@ -154,23 +187,22 @@ bool dph_renderer_draw(struct dph_renderer *renderer, const struct dph_frame *fr
         return dph_fail(err, DPH_ERROR_ARGUMENT, "a frame of %d x %d for an image of %d x %d", frame->width,
                         frame->height, image->width, image->height);
     dph_gl_drain();
-    if (!dph_target_fit(&renderer->target, frame->width, frame->height, frame->samples, err))
+    int tile_width = frame->width < TILE ? frame->width : TILE;
+    int tile_height = frame->height < TILE ? frame->height : TILE;
+    if (!dph_target_fit(&renderer->target, tile_width, tile_height, frame->samples, err))
         return false;
-    glBindFramebuffer(GL_FRAMEBUFFER, renderer->target.frame);
-    glViewport(0, 0, frame->width, frame->height);
-    glClearColor(0, 0, 0, 0);
-    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-    glEnable(GL_DEPTH_TEST);
-    glDepthFunc(GL_LESS);
-    glDisable(GL_BLEND);
-    glDisable(GL_CULL_FACE); /* open sheets have two sides */
-    bool ok = frame->method->draw->draw(&draw, err);
-    glFrontFace(GL_CCW);
-    glUseProgram(0);
-    glBindFramebuffer(GL_FRAMEBUFFER, 0);
-    if (!ok || !dph_target_read(&renderer->target, image->pixel, err))
-        return false;
-    composite(image, frame->background);
+    float clip[16];
+    memcpy(clip, draw.clip, sizeof clip);
+    for (int y = 0; y < frame->height; y += tile_height)
+        for (int x = 0; x < frame->width; x += tile_width) {
+            int width = frame->width - x < tile_width ? frame->width - x : tile_width;
+            int height = frame->height - y < tile_height ? frame->height - y : tile_height;
+            float *corner = image->pixel + 4 * ((size_t)y * (size_t)frame->width + (size_t)x);
+            if (!draw_tile(&draw, clip, x, y, width, height, err) ||
+                !dph_target_read(&renderer->target, width, height, corner, frame->width, err))
+                return false;
+        }
+    finish_image(image, frame->background);
     return true;
 }
 

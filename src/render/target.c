@@ -6,8 +6,6 @@
 
 #include "core/fail.h"
 
-#include <string.h>
-
 void dph_target_finish(struct dph_target *target)
 {
     GLuint buffers[3] = {target->color, target->depth, target->resolved_color};
@@ -74,26 +72,18 @@ bool dph_target_fit(struct dph_target *target, int width, int height, int sample
                     height, (unsigned)status);
 }
 
-bool dph_target_read(struct dph_target *target, float *pixel, struct dph_error *err)
+bool dph_target_read(struct dph_target *target, int width, int height, float *pixel, int row_length,
+                     struct dph_error *err)
 {
-    int width = target->width, height = target->height;
     glBindFramebuffer(GL_READ_FRAMEBUFFER, target->frame);
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, target->resolved);
     glBlitFramebuffer(0, 0, width, height, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
     glBindFramebuffer(GL_FRAMEBUFFER, target->resolved);
-    glPixelStorei(GL_PACK_ALIGNMENT, 4);
     glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
-    /* GL's rows run from the bottom */
-    size_t row = (size_t)width * 4;
+    glPixelStorei(GL_PACK_ALIGNMENT, 4);
+    glPixelStorei(GL_PACK_ROW_LENGTH, row_length);
     glReadPixels(0, 0, width, height, GL_RGBA, GL_FLOAT, pixel);
+    glPixelStorei(GL_PACK_ROW_LENGTH, 0);
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
-    for (int y = 0; y < height / 2; y++) {
-        float *a = pixel + (size_t)y * row, *b = pixel + (size_t)(height - 1 - y) * row;
-        for (size_t i = 0; i < row; i++) {
-            float swap = a[i];
-            a[i] = b[i];
-            b[i] = swap;
-        }
-    }
     return dph_gl_check("read back", err);
 }
