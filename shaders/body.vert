@@ -1,6 +1,8 @@
-// body.vert - the vertex stage of all methods: places a body and, where coefficients are bound, sums its thickness towards each light.
+// body.vert - the vertex stage of all methods: places a body and, where coefficients are bound,
+// sums its thickness towards each light.
 //
-// Nine dot products a light (Tomaszewska, Stefanowski 2012, with the six partial sums of their listing drawn together).
+// Nine dot products a light (Tomaszewska, Stefanowski 2012, with the six partial sums of their
+// listing drawn together).
 #include "frame.glsl"
 
 layout(location = 0) in vec3 a_position;
@@ -37,7 +39,8 @@ uniform mat4 u_clip;   // body to clip space
 uniform mat4 u_place;  // body to positions relative to the camera
 uniform mat3 u_normal; // inverse transpose of the placement, up to a positive factor
 
-// centroid: at the edge of a triangle nothing is extrapolated beyond it, which would show as a fringe
+// centroid: at the edge of a triangle nothing is extrapolated beyond it, which would show as a
+// fringe
 centroid out vec3 v_position;
 centroid out vec3 v_normal;
 #if DPH_VECTORS > 0

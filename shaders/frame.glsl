@@ -1,7 +1,8 @@
 // frame.glsl - what the stages of the drawing methods share: lights, material, varyings.
 //
-// DPH_LIGHTS lights, each with DPH_VECTORS vec4 of values (0: the method needs no thickness). Positions are relative to the
-// camera, in axes of the world, the scene's radius being 1; normals and directions are in axes of the world.
+// DPH_LIGHTS lights, each with DPH_VECTORS vec4 of values (0: the method needs no thickness).
+// Positions are relative to the camera, in axes of the world, the scene's radius being 1; normals
+// and directions are in axes of the world.
 #include "diaphan.glsl"
 
 struct DphLight {

@@ -1,4 +1,5 @@
-// surface.glsl - what the fragment stages begin with: the varyings of body.vert, made into a point of a surface.
+// surface.glsl - what the fragment stages begin with: the varyings of body.vert, made into a point
+// of a surface.
 #include "frame.glsl"
 
 centroid in vec3 v_position;

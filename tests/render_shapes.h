@@ -1,7 +1,8 @@
 /* Small scenes with known answers for the tests that draw.
  *
- * On a sphere of radius R the thickness from the point with normal n along w is 2R max(0, -n . w): a clamped cosine, whose coefficients are
- * 2R A_l y_lm(-n) with A_l = pi, 2 pi / 3, pi / 4, 0, -pi / 24, 0, pi / 64, 0. */
+ * On a sphere of radius R the thickness from the point with normal n along w is 2R max(0, -n . w):
+ * a clamped cosine, whose coefficients are 2R A_l y_lm(-n) with A_l = pi, 2 pi / 3, pi / 4, 0, -pi
+ * / 24, 0, pi / 64, 0. */
 #ifndef DPH_TESTS_RENDER_SHAPES_H
 #define DPH_TESTS_RENDER_SHAPES_H
 
@@ -24,11 +25,13 @@ static inline struct dph_mesh make_sphere(size_t rings, double radius, const dou
 {
     struct dph_mesh mesh;
     size_t columns = 2 * rings;
-    assert_true(dph_mesh_init(&mesh, (rings + 1) * (columns + 1), rings * columns * 2, true, false, NULL));
+    assert_true(
+        dph_mesh_init(&mesh, (rings + 1) * (columns + 1), rings * columns * 2, true, false, NULL));
     size_t v = 0, t = 0;
     for (size_t i = 0; i <= rings; i++)
         for (size_t j = 0; j <= columns; j++, v++) {
-            double theta = PI * (double)i / (double)rings, phi = 2 * PI * (double)(j % columns) / (double)columns;
+            double theta = PI * (double)i / (double)rings,
+                   phi = 2 * PI * (double)(j % columns) / (double)columns;
             double s = i % rings ? sin(theta) : 0;
             double n[3] = {s * sin(phi), cos(theta), s * cos(phi)};
             for (size_t k = 0; k < 3; k++) {
@@ -38,7 +41,8 @@ static inline struct dph_mesh make_sphere(size_t rings, double radius, const dou
         }
     for (size_t i = 0; i < rings; i++)
         for (size_t j = 0; j < columns; j++) {
-            uint32_t a = (uint32_t)(i * (columns + 1) + j), b = a + 1, c = a + (uint32_t)columns + 1, d = c + 1;
+            uint32_t a = (uint32_t)(i * (columns + 1) + j), b = a + 1,
+                     c = a + (uint32_t)columns + 1, d = c + 1;
             const uint32_t faces[6] = {a, c, b, b, c, d};
             memcpy(mesh.index + 3 * t, faces, sizeof faces);
             t += 2;
@@ -70,15 +74,18 @@ static inline struct dph_mesh unshare(const struct dph_mesh *mesh)
     assert_true(dph_mesh_init(&out, 3 * mesh->ntri, mesh->ntri, mesh->normal, false, NULL));
     for (size_t i = 0; i < 3 * mesh->ntri; i++) {
         out.index[i] = (uint32_t)i;
-        memcpy(out.position + 3 * i, mesh->position + 3 * (size_t)mesh->index[i], 3 * sizeof(float));
+        memcpy(out.position + 3 * i, mesh->position + 3 * (size_t)mesh->index[i],
+               3 * sizeof(float));
         if (mesh->normal)
-            memcpy(out.normal + 3 * i, mesh->normal + 3 * (size_t)mesh->index[i], 3 * sizeof(float));
+            memcpy(out.normal + 3 * i, mesh->normal + 3 * (size_t)mesh->index[i],
+                   3 * sizeof(float));
     }
     return out;
 }
 
 /* Exact coefficients of a sphere, from its normals. */
-static inline struct dph_thickness *sphere_thickness(const struct dph_mesh *mesh, double radius, int bands, enum dph_store store)
+static inline struct dph_thickness *sphere_thickness(const struct dph_mesh *mesh, double radius,
+                                                     int bands, enum dph_store store)
 {
     static const double a[8] = {PI, 2 * PI / 3, PI / 4, 0, -PI / 24, 0, PI / 64, 0};
     size_t n = (size_t)(bands * bands);
@@ -93,7 +100,8 @@ static inline struct dph_thickness *sphere_thickness(const struct dph_mesh *mesh
             for (int i = l * l; i < (l + 1) * (l + 1); i++)
                 coefficient[v * n + (size_t)i] = (float)(2 * radius * a[l] * value[i]);
     }
-    struct dph_thickness *t = dph_thickness_create(coefficient, mesh->nvert, bands, NULL, mesh->nvert, store, NULL);
+    struct dph_thickness *t =
+        dph_thickness_create(coefficient, mesh->nvert, bands, NULL, mesh->nvert, store, NULL);
     free(coefficient);
     assert_non_null(t);
     return t;
@@ -106,7 +114,8 @@ static inline struct dph_thickness *constant_thickness(size_t nvert, double leng
     assert_non_null(coefficient);
     for (size_t v = 0; v < nvert; v++)
         coefficient[v] = (float)(length * sqrt(4 * PI));
-    struct dph_thickness *t = dph_thickness_create(coefficient, nvert, 1, NULL, nvert, DPH_STORE_FLOAT, NULL);
+    struct dph_thickness *t =
+        dph_thickness_create(coefficient, nvert, 1, NULL, nvert, DPH_STORE_FLOAT, NULL);
     free(coefficient);
     assert_non_null(t);
     return t;
@@ -135,7 +144,8 @@ static inline struct dph_image picture(const struct dph_scene *scene, const stru
 }
 
 /* A square frame looking along -z with one light at azimuth and elevation. */
-static inline struct dph_frame small_frame(const char *method, int side, double azimuth, double elevation)
+static inline struct dph_frame small_frame(const char *method, int side, double azimuth,
+                                           double elevation)
 {
     struct dph_frame frame = dph_frame_defaults();
     frame.method = dph_method_find(method);

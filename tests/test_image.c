@@ -60,7 +60,8 @@ static void fill(struct dph_image *image, int width, int height, bool wide)
 static void test_curve(void **state)
 {
     (void)state;
-    /* IEC 61966-2-1: the 8-bit code 188 is the classic middle of linear .5; the segments meet at .0031308 */
+    /* IEC 61966-2-1: the 8-bit code 188 is the classic middle of linear .5; the segments meet at
+     * .0031308 */
     assert_float_equal(dph_srgb_encode(.5), .735356983, 1e-8);
     assert_float_equal(dph_srgb_encode(.18), .461356129, 1e-8);
     assert_float_equal(dph_srgb_encode(.0031308), .04044993, 1e-7);
@@ -119,7 +120,8 @@ static void test_png_round_trip(void **state)
     dph_image_finish(&c);
 }
 
-/* The 8-bit codes that single values become: decoding codes back through an independent formula would hide an error in both. */
+/* The 8-bit codes that single values become: decoding codes back through an independent formula
+ * would hide an error in both. */
 static void test_png_codes(void **state)
 {
     (void)state;
@@ -128,9 +130,10 @@ static void test_png_codes(void **state)
         double exposure;
         bool linear;
         int code;
-    } cases[] = {{.5F, 0, false, 188}, {.18F, 0, false, 118}, {.25F, 1, false, 188}, {1, 0, false, 255},
-                 {0, 0, false, 0}, {-3, 0, false, 0}, {9, 0, false, 255}, {.5F, 0, true, 128},
-                 {.25F, 0, true, 64}, {2, -1, true, 255}, {NAN, 0, false, 0}, {INFINITY, 0, false, 255},
+    } cases[] = {{.5F, 0, false, 188}, {.18F, 0, false, 118}, {.25F, 1, false, 188},
+                 {1, 0, false, 255},   {0, 0, false, 0},      {-3, 0, false, 0},
+                 {9, 0, false, 255},   {.5F, 0, true, 128},   {.25F, 0, true, 64},
+                 {2, -1, true, 255},   {NAN, 0, false, 0},    {INFINITY, 0, false, 255},
                  {.0014F, 0, false, 5}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         struct dph_image a, b;
@@ -146,7 +149,8 @@ static void test_png_codes(void **state)
     }
 }
 
-/* Depths and colour types that others write. `value` is the top left sample in 0..1 after the file's own coding. */
+/* Depths and colour types that others write. `value` is the top left sample in 0..1 after the
+ * file's own coding. */
 static void write_other(const char *path, int depth, int type, bool interlaced)
 {
     FILE *file = fopen(path, "wb");
@@ -166,7 +170,8 @@ static void write_other(const char *path, int depth, int type, bool interlaced)
     /* left half 0, right half: all ones (palette entry 1), opaque */
     memset(row, 0, sizeof row);
     size_t bytes = png_get_rowbytes(png, info);
-    memset(row + bytes / 2, type == PNG_COLOR_TYPE_PALETTE && depth == 8 ? 1 : 255, bytes - bytes / 2);
+    memset(row + bytes / 2, type == PNG_COLOR_TYPE_PALETTE && depth == 8 ? 1 : 255,
+           bytes - bytes / 2);
     int passes = png_set_interlace_handling(png);
     for (int p = 0; p < passes; p++)
         for (int y = 0; y < 16; y++)
@@ -182,12 +187,12 @@ static void test_png_kinds(void **state)
     static const struct {
         int depth, type;
         float right, left_alpha;
-    } kinds[] = {{1, PNG_COLOR_TYPE_GRAY, 1, 1},        {2, PNG_COLOR_TYPE_GRAY, 1, 1},
-                 {8, PNG_COLOR_TYPE_GRAY, 1, 1},        {16, PNG_COLOR_TYPE_GRAY, 1, 1},
-                 {8, PNG_COLOR_TYPE_GRAY_ALPHA, 1, 0},  {16, PNG_COLOR_TYPE_GRAY_ALPHA, 1, 0},
-                 {8, PNG_COLOR_TYPE_RGB, 1, 1},         {16, PNG_COLOR_TYPE_RGB, 1, 1},
-                 {8, PNG_COLOR_TYPE_RGB_ALPHA, 1, 0},   {16, PNG_COLOR_TYPE_RGB_ALPHA, 1, 0},
-                 {1, PNG_COLOR_TYPE_PALETTE, 0, 1},     {8, PNG_COLOR_TYPE_PALETTE, 0, 1}};
+    } kinds[] = {{1, PNG_COLOR_TYPE_GRAY, 1, 1},       {2, PNG_COLOR_TYPE_GRAY, 1, 1},
+                 {8, PNG_COLOR_TYPE_GRAY, 1, 1},       {16, PNG_COLOR_TYPE_GRAY, 1, 1},
+                 {8, PNG_COLOR_TYPE_GRAY_ALPHA, 1, 0}, {16, PNG_COLOR_TYPE_GRAY_ALPHA, 1, 0},
+                 {8, PNG_COLOR_TYPE_RGB, 1, 1},        {16, PNG_COLOR_TYPE_RGB, 1, 1},
+                 {8, PNG_COLOR_TYPE_RGB_ALPHA, 1, 0},  {16, PNG_COLOR_TYPE_RGB_ALPHA, 1, 0},
+                 {1, PNG_COLOR_TYPE_PALETTE, 0, 1},    {8, PNG_COLOR_TYPE_PALETTE, 0, 1}};
     float middle = (float)dph_srgb_decode(188 / 255.);
     for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
         for (int interlaced = 0; interlaced < 2; interlaced++) {
@@ -238,13 +243,13 @@ static void test_exr_round_trip(void **state)
         }
 }
 
-/* Every truncation and a few thousand changed bytes: an error with the path, or a picture, never a crash. A truncated file is always
- * an error. */
+/* Every truncation and a few thousand changed bytes: an error with the path, or a picture, never a
+ * crash. A truncated file is always an error. */
 static void torture(const char *good, const char *bad)
 {
     size_t size;
     unsigned char *data = load(good, &size);
-    for (size_t cut = 0; cut < size; cut += size > 2000 && cut > 600 ? 97 : 1) {
+    for (size_t cut = 0; cut<size; cut += size> 2000 && cut > 600 ? 97 : 1) {
         struct dph_image image;
         struct dph_error err = {0};
         store(bad, data, cut);
@@ -319,8 +324,9 @@ static int make_folder(void **state)
 static int remove_folder(void **state)
 {
     (void)state;
-    static const char *const names[] = {"a.png", "b.png", "c.png", "k.png", "a.exr", "b.exr", "good.png",
-                                        "good.exr", "bad.png", "bad.exr", "text.png", "full.png"};
+    static const char *const names[] = {"a.png",   "b.png",   "c.png",    "k.png",
+                                        "a.exr",   "b.exr",   "good.png", "good.exr",
+                                        "bad.png", "bad.exr", "text.png", "full.png"};
     for (size_t i = 0; i < sizeof names / sizeof *names; i++)
         unlink(in_folder(names[i]));
     return rmdir(folder);
@@ -329,10 +335,10 @@ static int remove_folder(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_curve),     cmocka_unit_test(test_sizes),
+        cmocka_unit_test(test_curve),          cmocka_unit_test(test_sizes),
         cmocka_unit_test(test_png_round_trip), cmocka_unit_test(test_png_codes),
-        cmocka_unit_test(test_png_kinds), cmocka_unit_test(test_exr_round_trip),
-        cmocka_unit_test(test_broken),    cmocka_unit_test(test_unwritable),
+        cmocka_unit_test(test_png_kinds),      cmocka_unit_test(test_exr_round_trip),
+        cmocka_unit_test(test_broken),         cmocka_unit_test(test_unwritable),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

@@ -14,7 +14,8 @@ static const float identity[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 
 
 static struct dph_thickness stored(int bands)
 {
-    struct dph_thickness t = {.nvert = 0, .bands = bands, .components = (bands * bands + 3) / 4 * 4};
+    struct dph_thickness t = {
+        .nvert = 0, .bands = bands, .components = (bands * bands + 3) / 4 * 4};
     for (int l = 0; l < DPH_MAX_BANDS; l++)
         t.scale[l] = 1;
     return t;
@@ -23,7 +24,8 @@ static struct dph_thickness stored(int bands)
 static struct dph_light_constants constants(const double to_light[3], const struct dph_thickness *t,
                                             const float *matrix, double mm)
 {
-    struct dph_light light = {.to_light = {to_light[0], to_light[1], to_light[2]}, .irradiance = {1, 2, 3}};
+    struct dph_light light = {.to_light = {to_light[0], to_light[1], to_light[2]},
+                              .irradiance = {1, 2, 3}};
     struct dph_light_constants out;
     memset(&out, 0xff, sizeof out);
     dph_light_constants(&light, t, matrix, mm, 0, DPH_WINDOW_NONE, &out);
@@ -51,8 +53,8 @@ static void test_values(void **state)
     struct dph_thickness t = stored(3);
     t.scale[1] = 2;
     struct dph_light_constants k = constants((const double[3]){10, 20, 30}, &t, identity, .5);
-    static const double want[9] = {.282094792, -.261169028, .391753542, -.130584514, .156078347,
-                                   -.468235042, .292863596, -.234117521, -.117058760};
+    static const double want[9] = {.282094792,  -.261169028, .391753542,  -.130584514, .156078347,
+                                   -.468235042, .292863596,  -.234117521, -.117058760};
     for (int i = 0; i < 9; i++)
         assert_float_equal(k.sh[i / 4][i % 4], .5 * (i > 0 && i < 4 ? 2 : 1) * want[i], 1e-7);
     for (int i = 9; i < 36; i++)
@@ -66,8 +68,10 @@ static void test_rotation(void **state)
 {
     (void)state;
     struct dph_thickness t = stored(6);
-    double c = cos(.7), s = sin(.7), l[3] = {.3, -.5, .8}, rl[3] = {c * l[0] + s * l[2], l[1], -s * l[0] + c * l[2]};
-    const float turn[16] = {(float)c, 0, (float)-s, 0, 0, 1, 0, 0, (float)s, 0, (float)c, 0, 5, 6, 7, 1};
+    double c = cos(.7), s = sin(.7), l[3] = {.3, -.5, .8},
+           rl[3] = {c * l[0] + s * l[2], l[1], -s * l[0] + c * l[2]};
+    const float turn[16] = {(float)c, 0, (float)-s, 0, 0, 1, 0, 0,
+                            (float)s, 0, (float)c,  0, 5, 6, 7, 1};
     struct dph_light_constants a = constants(l, &t, identity, 1), b = constants(rl, &t, turn, 1);
     for (int i = 0; i < 36; i++)
         assert_float_equal(a.sh[i / 4][i % 4], b.sh[i / 4][i % 4], 1e-6);
@@ -91,13 +95,15 @@ static void test_scale(void **state)
     float flip[16];
     memcpy(flip, identity, sizeof flip);
     flip[0] = -1;
-    struct dph_light_constants a = constants(l, &t, identity, 1), b = constants(mirrored, &t, flip, 1);
+    struct dph_light_constants a = constants(l, &t, identity, 1),
+                               b = constants(mirrored, &t, flip, 1);
     for (int i = 0; i < 36; i++)
         assert_float_equal(a.sh[i / 4][i % 4], b.sh[i / 4][i % 4], 1e-6);
 }
 
-/* A unit sphere stretched to an ellipsoid with half axes 1, 2, 4: the chord through its centre along a unit direction w of the world is
- * 2 / |A^-1 w|. The sphere's own chord is 2 in every direction, stored as c_0 = 2 / y_0. */
+/* A unit sphere stretched to an ellipsoid with half axes 1, 2, 4: the chord through its centre
+ * along a unit direction w of the world is 2 / |A^-1 w|. The sphere's own chord is 2 in every
+ * direction, stored as c_0 = 2 / y_0. */
 static void test_ellipsoid(void **state)
 {
     (void)state;
@@ -111,7 +117,8 @@ static void test_ellipsoid(void **state)
         struct dph_light_constants k = constants(w, &t, m, 1);
         assert_float_equal(k.sh[0][0] * 2 / .282094792, 2 / sqrt(x * x + y * y + z * z), 1e-5);
     }
-    /* a shear: A e_z = (1, 0, 1); the light (1, 0, 1) is e_z of the object, and a unit of it is sqrt 2 long */
+    /* a shear: A e_z = (1, 0, 1); the light (1, 0, 1) is e_z of the object, and a unit of it is
+     * sqrt 2 long */
     const float shear[16] = {1, 0, 0, 0, 0, 1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1};
     struct dph_thickness two = stored(2);
     struct dph_light_constants k = constants((const double[3]){1, 0, 1}, &two, shear, 1);
@@ -126,7 +133,8 @@ static void test_bands_and_windows(void **state)
     struct dph_thickness t = stored(8);
     struct dph_light light = {.to_light = {1, 2, 3}, .irradiance = {1, 1, 1}};
     struct dph_light_constants all, two, hann;
-    dph_light_constants(&light, &t, identity, 1, 0, DPH_WINDOW_NONE, &all); /* 6 of the 8 are drawn */
+    dph_light_constants(&light, &t, identity, 1, 0, DPH_WINDOW_NONE,
+                        &all); /* 6 of the 8 are drawn */
     assert_true(all.sh[8][3] != 0);
     dph_light_constants(&light, &t, identity, 1, 2, DPH_WINDOW_NONE, &two);
     for (int i = 0; i < 36; i++)
@@ -135,7 +143,8 @@ static void test_bands_and_windows(void **state)
     static const double factor[6] = {1, .93301, .75, .5, .25, .06699};
     for (int l = 0; l < 6; l++)
         for (int i = l * l; i < (l + 1) * (l + 1); i++)
-            assert_float_equal(hann.sh[i / 4][i % 4], factor[l] * (double)all.sh[i / 4][i % 4], 1e-5);
+            assert_float_equal(hann.sh[i / 4][i % 4], factor[l] * (double)all.sh[i / 4][i % 4],
+                               1e-5);
 }
 
 static void test_nothing(void **state)
@@ -146,10 +155,12 @@ static void test_nothing(void **state)
     const float flat[16] = {1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
     const float twice[16] = {1, 2, 3, 0, 1, 2, 3, 0, 0, 0, 1, 0, 0, 0, 0, 1};
     const float lost[16] = {NAN, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
-    const double up[3] = {0, 1, 0}, none[3] = {0, 0, 0}, broken[3] = {NAN, 1, 0}, far[3] = {INFINITY, 0, 0};
+    const double up[3] = {0, 1, 0}, none[3] = {0, 0, 0}, broken[3] = {NAN, 1, 0},
+                 far[3] = {INFINITY, 0, 0};
     const struct dph_light_constants cases[] = {
-        constants(none, &t, identity, 1), constants(broken, &t, identity, 1), constants(far, &t, identity, 1),
-        constants(up, &t, flat, 1),       constants(up, &t, twice, 1),        constants(up, &t, lost, 1)};
+        constants(none, &t, identity, 1), constants(broken, &t, identity, 1),
+        constants(far, &t, identity, 1),  constants(up, &t, flat, 1),
+        constants(up, &t, twice, 1),      constants(up, &t, lost, 1)};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
         assert_memory_equal(&cases[i], &zero, sizeof zero);
 }
@@ -157,8 +168,9 @@ static void test_nothing(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_direction), cmocka_unit_test(test_values),    cmocka_unit_test(test_rotation),
-        cmocka_unit_test(test_scale),     cmocka_unit_test(test_ellipsoid), cmocka_unit_test(test_bands_and_windows),
+        cmocka_unit_test(test_direction), cmocka_unit_test(test_values),
+        cmocka_unit_test(test_rotation),  cmocka_unit_test(test_scale),
+        cmocka_unit_test(test_ellipsoid), cmocka_unit_test(test_bands_and_windows),
         cmocka_unit_test(test_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,5 +1,5 @@
-/* Media: reflectance and transport against the published table, the slab curve against its closed form and
- * random walks, and material files, good and bad. */
+/* Media: reflectance and transport against the published table, the slab curve against its closed
+ * form and random walks, and material files, good and bad. */
 #define _XOPEN_SOURCE 700
 #include <diaphan/material.h>
 
@@ -29,8 +29,9 @@ static struct dph_material find(const char *name)
 static void test_presets(void **state)
 {
     (void)state;
-    static const char *const names[] = {"wax",  "apple",    "chicken1", "chicken2", "cream",      "ketchup",  "marble",
-                                        "potato", "skimmilk", "skin1",    "skin2",    "spectralon", "wholemilk"};
+    static const char *const names[] = {"wax",     "apple",      "chicken1", "chicken2", "cream",
+                                        "ketchup", "marble",     "potato",   "skimmilk", "skin1",
+                                        "skin2",   "spectralon", "wholemilk"};
     for (size_t i = 0; i < sizeof names / sizeof *names; i++)
         assert_string_equal(find(names[i]).name, names[i]);
     assert_string_equal(find("Marble").name, "marble");
@@ -40,31 +41,34 @@ static void test_presets(void **state)
     assert_int_equal(count, 13);
 }
 
-/* 1 / str as methods of the same media publish it, and the index-matched reflectance worked out by hand for a few. */
+/* 1 / str as methods of the same media publish it, and the index-matched reflectance worked out by
+ * hand for a few. */
 static void test_medium(void **state)
 {
     (void)state;
     static const struct {
         const char *name;
         double length[3];
-    } rows[] = {{"apple", {6.96, 6.40, 1.90}},    {"chicken1", {11.6, 3.88, 1.75}},
-                {"chicken2", {9.44, 3.35, 1.79}}, {"cream", {15.0, 4.66, 2.54}},
-                {"ketchup", {4.76, .58, .39}},    {"marble", {8.51, 5.57, 3.95}},
-                {"potato", {14.3, 7.23, 2.04}},   {"skimmilk", {18.4, 10.4, 3.50}},
-                {"skin1", {3.67, 1.37, .68}},     {"skin2", {4.82, 1.69, 1.09}},
+    } rows[] = {{"apple", {6.96, 6.40, 1.90}},     {"chicken1", {11.6, 3.88, 1.75}},
+                {"chicken2", {9.44, 3.35, 1.79}},  {"cream", {15.0, 4.66, 2.54}},
+                {"ketchup", {4.76, .58, .39}},     {"marble", {8.51, 5.57, 3.95}},
+                {"potato", {14.3, 7.23, 2.04}},    {"skimmilk", {18.4, 10.4, 3.50}},
+                {"skin1", {3.67, 1.37, .68}},      {"skin2", {4.82, 1.69, 1.09}},
                 {"wholemilk", {10.9, 6.58, 2.51}}, {"wax", {13.2, 8.0, 4.0}}};
     struct dph_medium medium;
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         struct dph_material material = find(rows[i].name);
         dph_material_medium(&material, &medium);
         for (int c = 0; c < 3; c++)
-            assert_float_equal(1 / medium.transport[c], rows[i].length[c], .006 * rows[i].length[c] + .005);
+            assert_float_equal(1 / medium.transport[c], rows[i].length[c],
+                               .006 * rows[i].length[c] + .005);
     }
     struct dph_material spectralon = find("spectralon");
     dph_material_medium(&spectralon, &medium);
     assert_true(medium.reflectance[0] == 1 && medium.transport[0] == 0);
 
-    /* integral of R_d over the plane, from the dipole's own closed form at A = 1, against numerical integration of the profile */
+    /* integral of R_d over the plane, from the dipole's own closed form at A = 1, against numerical
+     * integration of the profile */
     struct dph_material skin = find("skin1");
     dph_material_medium(&skin, &medium);
     for (int c = 0; c < 3; c++) {
@@ -74,7 +78,8 @@ static void test_medium(void **state)
         for (double r = step / 2; r < 120; r += step) {
             double a = sqrt(r * r + zr * zr), b = sqrt(r * r + zv * zv);
             sum += 2 * PI * r * step * albedo / (4 * PI) *
-                   (zr * (k * a + 1) * exp(-k * a) / (a * a * a) + zv * (k * b + 1) * exp(-k * b) / (b * b * b));
+                   (zr * (k * a + 1) * exp(-k * a) / (a * a * a) +
+                    zv * (k * b + 1) * exp(-k * b) / (b * b * b));
         }
         assert_float_equal(medium.reflectance[c], sum, 2e-4);
     }
@@ -123,7 +128,8 @@ static void test_slab(void **state)
     assert_float_equal(dph_material_transmittance(&hardly, 0, 10), (5 / 3.) / (10 + 4 / 3.), 1e-6);
 }
 
-/* In every medium T is 1 at the surface and below, falls without a step, stays finite and above or at 0. */
+/* In every medium T is 1 at the surface and below, falls without a step, stays finite and above or
+ * at 0. */
 static void test_curve_shape(void **state)
 {
     (void)state;
@@ -133,7 +139,8 @@ static void test_curve_shape(void **state)
         media[count] = *dph_material_preset(count);
         count++;
     }
-    static const double odd[][2] = {{0, 0}, {0, .3}, {1e-9, 0}, {1e-9, 1e-9}, {1e6, 0}, {1e6, 1e6}, {0, 1e6}, {1, 1e-12}};
+    static const double odd[][2] = {{0, 0},   {0, .3},    {1e-9, 0}, {1e-9, 1e-9},
+                                    {1e6, 0}, {1e6, 1e6}, {0, 1e6},  {1, 1e-12}};
     for (size_t i = 0; i < sizeof odd / sizeof *odd; i++) {
         media[count] = media[0];
         for (int c = 0; c < 3; c++) {
@@ -148,14 +155,16 @@ static void test_curve_shape(void **state)
             media[i].curve = curve ? DPH_CURVE_EXP : DPH_CURVE_SLAB;
             dph_material_constants(&media[i], &k);
             for (int c = 0; c < 3; c++) {
-                assert_true(isfinite(k.rate[c]) && isfinite(k.offset[c]) && isfinite(k.numerator[c]));
+                assert_true(isfinite(k.rate[c]) && isfinite(k.offset[c]) &&
+                            isfinite(k.numerator[c]));
                 assert_true(dph_material_transmittance(&k, c, 0) == 1);
                 assert_true(dph_material_transmittance(&k, c, -5) == 1);
                 double last = 1;
                 for (double d = 1e-4; d < 1e7; d *= 1.02) {
                     double t = dph_material_transmittance(&k, c, d);
                     if (!(t >= 0 && t <= last * (1 + 1e-6)))
-                        fail_msg("%s, curve %d, channel %d: T(%g) = %g after %g", media[i].name, curve, c, d, t, last);
+                        fail_msg("%s, curve %d, channel %d: T(%g) = %g after %g", media[i].name,
+                                 curve, c, d, t, last);
                     last = t;
                 }
                 assert_true(k.albedo[c] >= 0 && k.albedo[c] <= 1);
@@ -201,16 +210,20 @@ static void test_file(void **state)
     (void)state;
     struct dph_material m;
     struct dph_error err = {0};
-    if (!load_text("{\"scattering\": [1, 2.5, 3], \"absorption\": [0.001, 0, 0.01], \"anisotropy\": 0.5, \"ior\": 1.4,\n"
-                   " \"back\": [1, 0.5, 0.25], \"specular\": 1, \"name\": \"jade\", \"formula\": \"paper\"}",
+    if (!load_text("{\"scattering\": [1, 2.5, 3], \"absorption\": [0.001, 0, 0.01], "
+                   "\"anisotropy\": 0.5, \"ior\": 1.4,\n"
+                   " \"back\": [1, 0.5, 0.25], \"specular\": 1, \"name\": \"jade\", \"formula\": "
+                   "\"paper\"}",
                    &m, &err))
         fail_msg("%s", err.message);
     assert_string_equal(m.name, "jade");
-    assert_true(m.scattering[1] == 2.5 && m.absorption[2] == .01 && m.anisotropy == .5 && m.ior == 1.4);
+    assert_true(m.scattering[1] == 2.5 && m.absorption[2] == .01 && m.anisotropy == .5 &&
+                m.ior == 1.4);
     assert_true(m.back[1] == .5 && m.specular == 1 && m.shininess == 40 && isnan(m.front[0]));
     assert_true(m.formula == DPH_FORMULA_PAPER && m.curve == DPH_CURVE_EXP);
-    assert_true(load_text("{\"scattering\": [1, 2, 3], \"absorption\": [0, 0, 0], \"formula\": \"paper\", \"curve\": \"slab\"}", &m,
-                          &err));
+    assert_true(load_text("{\"scattering\": [1, 2, 3], \"absorption\": [0, 0, 0], \"formula\": "
+                          "\"paper\", \"curve\": \"slab\"}",
+                          &m, &err));
     assert_true(m.curve == DPH_CURVE_SLAB && m.anisotropy == 0 && m.ior == 1.3);
 }
 
@@ -233,9 +246,11 @@ static void test_bad_files(void **state)
         {"{\"scattering\": [1,2,3], \"absorption\": [0,0,0], \"anisotropy\": 1}", "anisotropy"},
         {"{\"scattering\": [1,2,3], \"absorption\": [0,0,0], \"ior\": 0.9}", "ior"},
         {"{\"scattering\": [1,2,3], \"absorption\": [0,0,0], \"ior\": null}", "null"},
-        {"{\"scattering\": [1,2,3], \"absorption\": [0,0,0], \"shinyness\": 3}", "\"shinyness\"; known are scattering"},
+        {"{\"scattering\": [1,2,3], \"absorption\": [0,0,0], \"shinyness\": 3}",
+         "\"shinyness\"; known are scattering"},
         {"{\"scattering\": [1,2,3], \"absorption\": [0,0,0], \"curve\": \"lut\"}", "\"lut\""},
-        {"{\"scattering\": [1,2,3], \"absorption\": [0,0,0], \"absorption\": [0,0,0]}", "duplicate"},
+        {"{\"scattering\": [1,2,3], \"absorption\": [0,0,0], \"absorption\": [0,0,0]}",
+         "duplicate"},
         {"{\"scattering\": [1,2,3], \"absorption\": [0,0,0], \"name\": 3}", "name"},
     };
     for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
@@ -275,9 +290,10 @@ static int remove_file(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_presets),     cmocka_unit_test(test_medium), cmocka_unit_test(test_slab),
-        cmocka_unit_test(test_curve_shape), cmocka_unit_test(test_constants),
-        cmocka_unit_test(test_file),        cmocka_unit_test(test_bad_files),
+        cmocka_unit_test(test_presets),   cmocka_unit_test(test_medium),
+        cmocka_unit_test(test_slab),      cmocka_unit_test(test_curve_shape),
+        cmocka_unit_test(test_constants), cmocka_unit_test(test_file),
+        cmocka_unit_test(test_bad_files),
     };
     return cmocka_run_group_tests(tests, make_file, remove_file);
 }

@@ -1,4 +1,5 @@
-/* Drawing: the vertex stage against the CPU's dot product, pictures against closed forms, and what must never be seen. */
+/* Drawing: the vertex stage against the CPU's dot product, pictures against closed forms, and what
+ * must never be seen. */
 #include "render_shapes.h"
 
 #include "render/gl.h"
@@ -6,15 +7,15 @@
 static struct dph_gl *gl;
 static const double nowhere[3] = {0, 0, 0};
 
-/* The GPU's thickness of every vertex is the stored row times the light's values, for every store and number of bands, in a body that is
- * turned, stretched and moved. */
+/* The GPU's thickness of every vertex is the stored row times the light's values, for every store
+ * and number of bands, in a body that is turned, stretched and moved. */
 static void test_thickness_values(void **state)
 {
     (void)state;
     /* columns: x turned by .7 about y and doubled, y times .5, z turned and tripled */
     double c = cos(.7), s = sin(.7);
     const float matrix[16] = {(float)(2 * c), 0, (float)(-2 * s), 0, 0, .5F, 0, 0,
-                              (float)(3 * s), 0, (float)(3 * c), 0, 7, -3, 1, 1};
+                              (float)(3 * s), 0, (float)(3 * c),  0, 7, -3,  1, 1};
     static const double to_light[3] = {.36, .48, -.8};
     /* A^-1 L by hand: turn back, then divide */
     double object[3] = {(c * to_light[0] - s * to_light[2]) / 2, to_light[1] / .5,
@@ -26,7 +27,8 @@ static void test_thickness_values(void **state)
         for (int bands = 1; bands <= 8; bands++)
             for (int use = 0; use <= 6; use += 2) {
                 struct dph_mesh mesh = make_sphere(12, 1.5, nowhere);
-                struct dph_thickness *t = sphere_thickness(&mesh, 1.5, bands, (enum dph_store)store);
+                struct dph_thickness *t =
+                    sphere_thickness(&mesh, 1.5, bands, (enum dph_store)store);
                 struct dph_scene *scene = scene_of(mesh, t);
                 size_t nvert = scene->body[0].mesh.nvert;
                 memcpy(scene->instance[0].matrix, matrix, sizeof matrix);
@@ -56,7 +58,8 @@ static void test_thickness_values(void **state)
                 }
                 assert_true(largest > .1);
                 if (!(worst <= 1e-4 * largest))
-                    fail_msg("store %d, %d bands, %d used: off by %g of %g", store, bands, use, worst, largest);
+                    fail_msg("store %d, %d bands, %d used: off by %g of %g", store, bands, use,
+                             worst, largest);
                 free(got);
                 dph_renderer_destroy(renderer);
                 dph_scene_destroy(scene);
@@ -72,7 +75,8 @@ static void test_indexed_and_unshared(void **state)
     struct dph_scene *shared = scene_of(mesh, a), *unshared = scene_of(loose, b);
     struct dph_frame frame = small_frame("shsss", 100, 150, 30);
     frame.mm_per_unit = 10;
-    struct dph_image one = picture(shared, &frame), other = picture(unshared, &frame), again = picture(shared, &frame);
+    struct dph_image one = picture(shared, &frame), other = picture(unshared, &frame),
+                     again = picture(shared, &frame);
     size_t bytes = 100 * 100 * 4 * sizeof(float);
     assert_memory_equal(one.pixel, other.pixel, bytes);
     assert_memory_equal(one.pixel, again.pixel, bytes); /* two runs, the same bits */
@@ -84,7 +88,8 @@ static void test_indexed_and_unshared(void **state)
     dph_scene_destroy(unshared);
 }
 
-/* Lit from behind, a sphere is darkest in the middle of the disc and grows brighter towards the rim, alike on all sides. */
+/* Lit from behind, a sphere is darkest in the middle of the disc and grows brighter towards the
+ * rim, alike on all sides. */
 static void test_backlit_sphere(void **state)
 {
     (void)state;
@@ -92,14 +97,17 @@ static void test_backlit_sphere(void **state)
     struct dph_thickness *t = sphere_thickness(&mesh, 1, 6, DPH_STORE_FLOAT);
     struct dph_scene *scene = scene_of(mesh, t);
     struct dph_frame frame = small_frame("shsss", 201, 180, 0);
-    frame.samples = 1; /* with more, where in a pixel that an edge crosses is shaded is the driver's choice */
+    frame.samples =
+        1; /* with more, where in a pixel that an edge crosses is shaded is the driver's choice */
     frame.mm_per_unit = 10;
     struct dph_image image = picture(scene, &frame);
     double last = 0, first = 0, tallest = 0;
     int edge = 0;
     for (int r = 0; r <= 100 && pixel_at(&image, 100 + r, 100)[3] == 1; r++) {
-        double right = (double)pixel_at(&image, 100 + r, 100)[0], left = (double)pixel_at(&image, 100 - r, 100)[0];
-        double above = (double)pixel_at(&image, 100, 100 - r)[0], below = (double)pixel_at(&image, 100, 100 + r)[0];
+        double right = (double)pixel_at(&image, 100 + r, 100)[0],
+               left = (double)pixel_at(&image, 100 - r, 100)[0];
+        double above = (double)pixel_at(&image, 100, 100 - r)[0],
+               below = (double)pixel_at(&image, 100, 100 + r)[0];
         assert_float_equal(left, right, .01 * right);
         assert_float_equal(above, right, .01 * right);
         assert_float_equal(below, right, .01 * right);
@@ -116,7 +124,8 @@ static void test_backlit_sphere(void **state)
     dph_scene_destroy(scene);
 }
 
-/* A Lambert sphere in perspective: every pixel well inside has radiance albedo / pi E cos, the covered area is that of the disc. */
+/* A Lambert sphere in perspective: every pixel well inside has radiance albedo / pi E cos, the
+ * covered area is that of the disc. */
 static void test_lambert_sphere(void **state)
 {
     (void)state;
@@ -137,7 +146,8 @@ static void test_lambert_sphere(void **state)
             double scale = tan(35 * PI / 360) / 80;
             double d[3] = {(x + .5 - 80) * scale, (80 - y - .5) * scale, -1};
             double length = sqrt(d[0] * d[0] + d[1] * d[1] + 1);
-            double b = -eye * d[2] / length, discriminant = b * b - eye * eye + 4; /* from (0, 0, eye) */
+            double b = -eye * d[2] / length,
+                   discriminant = b * b - eye * eye + 4; /* from (0, 0, eye) */
             area += (double)p[3];
             assert_true(p[3] >= 0 && p[3] <= 1);
             if (discriminant < -.6) {
@@ -145,7 +155,8 @@ static void test_lambert_sphere(void **state)
             } else if (discriminant > .6) {
                 double hit = b - sqrt(discriminant), mu = 0;
                 for (int i = 0; i < 3; i++)
-                    mu += (d[i] / length * hit + (i == 2 ? eye : 0)) / 2 * frame.light[0].to_light[i];
+                    mu +=
+                        (d[i] / length * hit + (i == 2 ? eye : 0)) / 2 * frame.light[0].to_light[i];
                 assert_true(p[3] == 1);
                 for (int c = 0; c < 3; c++)
                     assert_float_equal(p[c], (double)k.albedo[c] / PI * (1 + c) * fmax(mu, 0), .01);
@@ -158,7 +169,8 @@ static void test_lambert_sphere(void **state)
     dph_scene_destroy(scene);
 }
 
-/* The shader's formulas are those of the C library: one square of constant thickness, many materials, lights on both sides. */
+/* The shader's formulas are those of the C library: one square of constant thickness, many
+ * materials, lights on both sides. */
 static void test_formulas(void **state)
 {
     (void)state;
@@ -169,7 +181,8 @@ static void test_formulas(void **state)
     for (size_t m = 0; m < 5; m++)
         for (int variant = 0; variant < 4; variant++)
             for (size_t i = 0; i < 6; i++) {
-                struct dph_scene *scene = scene_of(make_square(true), constant_thickness(4, lengths[i]));
+                struct dph_scene *scene =
+                    scene_of(make_square(true), constant_thickness(4, lengths[i]));
                 struct dph_error err = {0};
                 struct dph_renderer *renderer = dph_renderer_create(scene, &err);
                 assert_true(dph_material_load(names[m], &frame.material, NULL));
@@ -189,19 +202,24 @@ static void test_formulas(void **state)
                         fail_msg("%s", err.message);
                     /* the middle pixel looks straight along the normal */
                     double mu = cos(elevations[e] * PI / 180), sine = sin(elevations[e] * PI / 180);
-                    double halfway = sqrt((1 + mu) / 2), fresnel = (double)k.f0 + (1 - (double)k.f0) * pow(1 - halfway, 5);
+                    double halfway = sqrt((1 + mu) / 2),
+                           fresnel = (double)k.f0 + (1 - (double)k.f0) * pow(1 - halfway, 5);
                     for (int c = 0; c < 3; c++) {
-                        double t = dph_material_transmittance(&k, c, 2 * lengths[i]), front = fmax(mu, 0), back = fmax(-mu, 0);
-                        double want = variant & 2 ? (double)k.front[c] * front + (double)k.base[c] * t
-                                                  : t * ((double)k.base[c] + (double)k.front[c] * front +
-                                                         (double)k.back[c] * back);
-                        want += (double)k.specular * 48 / (8 * PI) * pow(halfway, 40) * fresnel * front;
+                        double t = dph_material_transmittance(&k, c, 2 * lengths[i]),
+                               front = fmax(mu, 0), back = fmax(-mu, 0);
+                        double want = variant & 2
+                                          ? (double)k.front[c] * front + (double)k.base[c] * t
+                                          : t * ((double)k.base[c] + (double)k.front[c] * front +
+                                                 (double)k.back[c] * back);
+                        want +=
+                            (double)k.specular * 48 / (8 * PI) * pow(halfway, 40) * fresnel * front;
                         want += 0 * sine; /* no rim: the eye is on the normal */
                         want = PI * want + (double)(k.ambient * k.albedo[c]);
                         double got = (double)pixel_at(&image, 4, 4)[c];
                         if (!(fabs(got - want) <= 2e-4 * want + 1e-7))
-                            fail_msg("%s, variant %d, %g mm, elevation %g, channel %d: %g, not %g", names[m], variant,
-                                     2 * lengths[i], elevations[e], c, got, want);
+                            fail_msg("%s, variant %d, %g mm, elevation %g, channel %d: %g, not %g",
+                                     names[m], variant, 2 * lengths[i], elevations[e], c, got,
+                                     want);
                     }
                     dph_image_finish(&image);
                 }
@@ -216,7 +234,8 @@ static void test_open_sheet(void **state)
     (void)state;
     for (int normals = 0; normals < 2; normals++) {
         struct dph_scene *scene = scene_of(make_square(normals), constant_thickness(4, 1));
-        struct dph_frame front = small_frame("lambert", 9, 0, 40), behind = small_frame("lambert", 9, 180, 40);
+        struct dph_frame front = small_frame("lambert", 9, 0, 40),
+                         behind = small_frame("lambert", 9, 180, 40);
         behind.camera.azimuth = 180;
         struct dph_image a = picture(scene, &front), b = picture(scene, &behind);
         assert_true(pixel_at(&a, 4, 4)[0] > .5F);
@@ -225,7 +244,8 @@ static void test_open_sheet(void **state)
         dph_image_finish(&b);
         front.method = dph_method_find("thickness");
         a = picture(scene, &front);
-        assert_float_equal(pixel_at(&a, 4, 4)[0], 1 / sqrt(8), 1e-5); /* of the bounding sphere's diameter */
+        assert_float_equal(pixel_at(&a, 4, 4)[0], 1 / sqrt(8),
+                           1e-5); /* of the bounding sphere's diameter */
         dph_image_finish(&a);
         float thickness[4];
         struct dph_renderer *renderer = dph_renderer_create(scene, NULL);
@@ -237,7 +257,8 @@ static void test_open_sheet(void **state)
     }
 }
 
-/* Sixteen lights in one pass are the sum of sixteen pictures, and nothing is negative or not a number even where two bands ring. */
+/* Sixteen lights in one pass are the sum of sixteen pictures, and nothing is negative or not a
+ * number even where two bands ring. */
 static void test_many_lights(void **state)
 {
     (void)state;
@@ -270,7 +291,8 @@ static void test_many_lights(void **state)
     dph_scene_destroy(scene);
 }
 
-/* A mirrored instance under the mirrored light gives the mirrored picture: the faces turn, the normals do not. */
+/* A mirrored instance under the mirrored light gives the mirrored picture: the faces turn, the
+ * normals do not. */
 static void test_mirrored(void **state)
 {
     (void)state;
@@ -293,7 +315,8 @@ static void test_mirrored(void **state)
         for (int y = 0; y < 64; y++)
             for (int x = 0; x < 64; x++)
                 if (pixel_at(&a, x, y)[3] == 1 && pixel_at(&b, 63 - x, y)[3] == 1)
-                    difference = fmax(difference, fabs((double)pixel_at(&a, x, y)[0] - (double)pixel_at(&b, 63 - x, y)[0]));
+                    difference = fmax(difference, fabs((double)pixel_at(&a, x, y)[0] -
+                                                       (double)pixel_at(&b, 63 - x, y)[0]));
         assert_true(difference < .003);
         dph_image_finish(&a);
         dph_image_finish(&b);
@@ -301,8 +324,8 @@ static void test_mirrored(void **state)
     }
 }
 
-/* A picture larger than a tile has no seam: it agrees with one drawn small, each of whose pixels covers 16 x 16 of the large one. The
- * tiles meet at 2048, on the sphere. */
+/* A picture larger than a tile has no seam: it agrees with one drawn small, each of whose pixels
+ * covers 16 x 16 of the large one. The tiles meet at 2048, on the sphere. */
 static void test_tiles(void **state)
 {
     (void)state;
@@ -315,7 +338,8 @@ static void test_tiles(void **state)
     large.height = 4 * 16;
     large.samples = 1;
     struct dph_image a = picture(scene, &small), b = picture(scene, &large);
-    assert_true(pixel_at(&b, 2047, 32)[3] == 1 && pixel_at(&b, 2048, 32)[3] == 1 && pixel_at(&b, 2047, 32)[0] > .5F);
+    assert_true(pixel_at(&b, 2047, 32)[3] == 1 && pixel_at(&b, 2048, 32)[3] == 1 &&
+                pixel_at(&b, 2047, 32)[0] > .5F);
     for (int y = 0; y < 4; y++)
         for (int x = 10; x < 134; x++) {
             double mean = 0;
@@ -373,7 +397,8 @@ static void test_methods(void **state)
     assert_null(dph_method_find("lamberd"));
 }
 
-/* A misspelt uniform is an error, a declared one that the compiler dropped is not, and a compiler's error names file and line. */
+/* A misspelt uniform is an error, a declared one that the compiler dropped is not, and a compiler's
+ * error names file and line. */
 static void test_uniforms(void **state)
 {
     (void)state;
@@ -387,7 +412,8 @@ static void test_uniforms(void **state)
     dph_set_float(&program, "u_material.specular", 1);
     if (!dph_program_check(&program, "test", &err))
         fail_msg("%s", err.message);
-    static const char *const wrong[] = {"u_materiel.rim", "u_material.rimm", "u_clap", "rim", "u_light[0].color"};
+    static const char *const wrong[] = {"u_materiel.rim", "u_material.rimm", "u_clap", "rim",
+                                        "u_light[0].color"};
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
         dph_set_float(&program, wrong[i], 1);
         assert_false(dph_program_check(&program, "test", &err));
@@ -400,15 +426,18 @@ static void test_uniforms(void **state)
     dph_program_finish(&program);
     assert_false(dph_program_init(&program, "body.vert", "none.frag", defines, NULL, &err));
     assert_int_equal(err.code, DPH_ERROR_ARGUMENT);
-    /* without its define the vertex stage cannot be compiled: the message has the file of shaders/ and the line */
-    assert_false(dph_program_init(&program, "body.vert", NULL, "#define DPH_VECTORS 9\n", NULL, &err));
+    /* without its define the vertex stage cannot be compiled: the message has the file of shaders/
+     * and the line */
+    assert_false(
+        dph_program_init(&program, "body.vert", NULL, "#define DPH_VECTORS 9\n", NULL, &err));
     assert_int_equal(err.code, DPH_ERROR_CAPABILITY);
     if (strncmp(err.message, "shaders/frame.glsl:", 19) || atoi(err.message + 19) < 5)
         fail_msg("%s", err.message);
     assert_true(glGetError() == GL_NO_ERROR);
 }
 
-/* Drivers lose some bytes of their own. The leak checker, where there is one, tells them from ours as long as the driver stays loaded. */
+/* Drivers lose some bytes of their own. The leak checker, where there is one, tells them from ours
+ * as long as the driver stays loaded. */
 void __lsan_disable(void) __attribute__((weak));
 const char *__lsan_default_suppressions(void);
 const char *__lsan_default_suppressions(void)

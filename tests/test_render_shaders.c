@@ -1,5 +1,6 @@
-/* The shaders as a compiler that is nobody's driver sees them (glslangValidator): every stage in the variants that are drawn, and the public include
- * in GLSL 3.30 and in GLSL ES 3.00. Skipped where the program is not installed. */
+/* The shaders as a compiler that is nobody's driver sees them (glslangValidator): every stage in
+ * the variants that are drawn, and the public include in GLSL 3.30 and in GLSL ES 3.00. Skipped
+ * where the program is not installed. */
 #define _XOPEN_SOURCE 700
 #include <diaphan/render.h>
 
@@ -45,14 +46,17 @@ static void test_stages(void **state)
     static const struct {
         const char *name, *stage;
         int vectors;
-    } stages[] = {{"body.vert", "vert", 0},  {"body.vert", "vert", 1},  {"body.vert", "vert", 4},
-                  {"body.vert", "vert", 9},  {"shsss.frag", "frag", 9}, {"lambert.frag", "frag", 0},
+    } stages[] = {{"body.vert", "vert", 0},     {"body.vert", "vert", 1},
+                  {"body.vert", "vert", 4},     {"body.vert", "vert", 9},
+                  {"shsss.frag", "frag", 9},    {"lambert.frag", "frag", 0},
                   {"thickness.frag", "frag", 9}};
     for (size_t i = 0; i < sizeof stages / sizeof *stages; i++)
         for (int lights = 1; lights <= DPH_MAX_LIGHTS; lights += 15) {
             char defines[100], what[100];
-            snprintf(defines, sizeof defines, "#define DPH_LIGHTS %d\n#define DPH_VECTORS %d\n", lights, stages[i].vectors);
-            snprintf(what, sizeof what, "%s, %d vectors, %d lights", stages[i].name, stages[i].vectors, lights);
+            snprintf(defines, sizeof defines, "#define DPH_LIGHTS %d\n#define DPH_VECTORS %d\n",
+                     lights, stages[i].vectors);
+            snprintf(what, sizeof what, "%s, %d vectors, %d lights", stages[i].name,
+                     stages[i].vectors, lights);
             struct dph_error err = {0};
             char *text = dph_shader_text(stages[i].name, defines, &err);
             if (!text)
@@ -65,18 +69,22 @@ static void test_stages(void **state)
 static void test_public_include(void **state)
 {
     (void)state;
-    static const char *const heads[] = {"#version 330 core\n", "#version 300 es\nprecision highp float;\n", "#version 450 core\n"};
-    static const char body[] = "uniform DphMaterial m;\nuniform vec4 y[DPH_VECTORS];\nuniform vec3 a, b, c;\n"
-                               "layout(location = 0) out vec4 o;\n"
-                               "void main()\n{\n    vec4 k[DPH_VECTORS];\n    for (int i = 0; i < DPH_VECTORS; i++)\n"
-                               "        k[i] = y[i] * a.x;\n"
-                               "    float t = dph_thickness(k, y);\n"
-                               "    o = vec4(dph_radiance(m, t, a, b, c, a) + dph_lambert(m, a, b, c, a) + dph_ambient(m), 1.0);\n}\n";
+    static const char *const heads[] = {
+        "#version 330 core\n", "#version 300 es\nprecision highp float;\n", "#version 450 core\n"};
+    static const char body[] =
+        "uniform DphMaterial m;\nuniform vec4 y[DPH_VECTORS];\nuniform vec3 a, b, c;\n"
+        "layout(location = 0) out vec4 o;\n"
+        "void main()\n{\n    vec4 k[DPH_VECTORS];\n    for (int i = 0; i < DPH_VECTORS; i++)\n"
+        "        k[i] = y[i] * a.x;\n"
+        "    float t = dph_thickness(k, y);\n"
+        "    o = vec4(dph_radiance(m, t, a, b, c, a) + dph_lambert(m, a, b, c, a) + "
+        "dph_ambient(m), 1.0);\n}\n";
     for (size_t i = 0; i < sizeof heads / sizeof *heads; i++)
         for (int vectors = 1; vectors <= 9; vectors += 4) {
             char *text = malloc(strlen(dph_shader_include) + sizeof body + 200);
             assert_non_null(text);
-            sprintf(text, "%s#define DPH_VECTORS %d\n%s%s", heads[i], vectors, dph_shader_include, body);
+            sprintf(text, "%s#define DPH_VECTORS %d\n%s%s", heads[i], vectors, dph_shader_include,
+                    body);
             validate(heads[i], "frag", text);
             free(text);
         }
@@ -106,6 +114,7 @@ int main(void)
         printf("skipped: glslangValidator (package glslang-tools) is not installed\n");
         return 77;
     }
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_stages), cmocka_unit_test(test_public_include)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_stages),
+                                       cmocka_unit_test(test_public_include)};
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

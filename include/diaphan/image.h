@@ -16,7 +16,8 @@ struct dph_image {
     float *pixel; /* (height x width x 4) RGBA */
 };
 
-/* Allocates a picture of zeros. False: DPH_ERROR_ARGUMENT (a side below 1 or above 32768) or DPH_ERROR_MEMORY. */
+/* Allocates a picture of zeros. False: DPH_ERROR_ARGUMENT (a side below 1 or above 32768) or
+ * DPH_ERROR_MEMORY. */
 bool dph_image_init(struct dph_image *image, int width, int height, struct dph_error *err);
 void dph_image_finish(struct dph_image *image);
 
@@ -30,13 +31,14 @@ struct dph_tone {
 double dph_srgb_encode(double linear);
 double dph_srgb_decode(double encoded);
 
-/* Writes .png (8 bit RGB through `tone`, with an sRGB chunk) or .exr (single-part scanline, ZIP, 32-bit float R, G, B, A, linear, `tone` not applied), told by the
- * ending. The file appears whole or not at all. False: DPH_ERROR_ARGUMENT (another ending), _OUTPUT, _MEMORY. */
+/* Writes .png (8 bit RGB through `tone`, with an sRGB chunk) or .exr (single-part scanline, ZIP,
+ * 32-bit float R, G, B, A, linear, `tone` not applied), told by the ending. The file appears whole
+ * or not at all. False: DPH_ERROR_ARGUMENT (another ending), _OUTPUT, _MEMORY. */
 bool dph_image_save(const struct dph_image *image, const char *path, const struct dph_tone *tone,
                     struct dph_error *err);
 
-/* Reads .png (any depth and colour type; decoded from sRGB to linear) or .exr (R, G, B and A or Y; missing alpha is 1). False: DPH_ERROR_INPUT, _LIMIT,
- * _UNSUPPORTED, _MEMORY. */
+/* Reads .png (any depth and colour type; decoded from sRGB to linear) or .exr (R, G, B and A or Y;
+ * missing alpha is 1). False: DPH_ERROR_INPUT, _LIMIT, _UNSUPPORTED, _MEMORY. */
 bool dph_image_load(struct dph_image *image, const char *path, struct dph_error *err);
 
 #ifdef __cplusplus

@@ -1,6 +1,7 @@
 /* diaphan/light.h - the per-frame CPU stage: what a shader needs of a light to draw a baked body.      Tier 2.
  *
- * Directions point to the light. World space is right-handed, y up for the azimuths of dph_light_direction. */
+ * Directions point to the light. World space is right-handed, y up for the azimuths of
+ * dph_light_direction. */
 #ifndef DIAPHAN_LIGHT_H
 #define DIAPHAN_LIGHT_H
 
@@ -27,9 +28,10 @@ struct dph_light_constants {
     float irradiance[3];
 };
 
-/* Fills `out` for a body with `thickness`, placed by `matrix` (column-major, object to world) in a scene of `mm_per_unit`. The light goes into
- * the object's space as A^-1 L, normalised, lengths come back as |A L_object| (A: the linear part). `bands`: how many of
- * the stored bands to use, 0: all; never more than DPH_DRAW_BANDS. A light of length 0 or a singular matrix gives zeros. */
+/* Fills `out` for a body with `thickness`, placed by `matrix` (column-major, object to world) in a
+ * scene of `mm_per_unit`. The light goes into the object's space as A^-1 L, normalised, lengths
+ * come back as |A L_object| (A: the linear part). `bands`: how many of the stored bands to use, 0:
+ * all; never more than DPH_DRAW_BANDS. A light of length 0 or a singular matrix gives zeros. */
 void dph_light_constants(const struct dph_light *light, const struct dph_thickness *thickness,
                          const float matrix[16], double mm_per_unit, int bands,
                          enum dph_window window, struct dph_light_constants *out);

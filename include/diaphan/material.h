@@ -1,7 +1,7 @@
 /* diaphan/material.h - homogeneous scattering media and the numbers that shading needs of them.      Tier 2.
  *
- * Coefficients are in 1/mm, per RGB channel. `scattering` is not reduced; the presets (Jensen et al. 2001) give the reduced coefficient with
- * anisotropy 0. */
+ * Coefficients are in 1/mm, per RGB channel. `scattering` is not reduced; the presets (Jensen et
+ * al. 2001) give the reduced coefficient with anisotropy 0. */
 #ifndef DIAPHAN_MATERIAL_H
 #define DIAPHAN_MATERIAL_H
 
@@ -11,7 +11,8 @@
 extern "C" {
 #endif
 
-/* How thickness becomes light. E: irradiance perpendicular to the light, mu: normal . to_light, d: thickness. */
+/* How thickness becomes light. E: irradiance perpendicular to the light, mu: normal . to_light, d:
+ * thickness. */
 enum dph_formula {
     DPH_FORMULA_G = 0,  /* E T(d) (b + f max(0, mu) + g max(0, -mu)), docs/theory.md           */
     DPH_FORMULA_PAPER,  /* E (f max(0, mu) + b T(d)): the paper's own sum                       */
@@ -48,7 +49,8 @@ struct dph_material {
 /* The presets in a fixed order; NULL beyond the last. */
 const struct dph_material *dph_material_preset(size_t i);
 
-/* A preset by name (case does not matter), else a JSON file at that path. The file holds one object:
+/* A preset by name (case does not matter), else a JSON file at that path. The file holds one
+ * object:
  *
  *   "scattering", "absorption"   [r, g, b], required; 1/mm, 0 to 1e6
  *   "anisotropy"                 -1 < g < 1; 0
@@ -59,9 +61,10 @@ const struct dph_material *dph_material_preset(size_t i);
  *   "sigma", "base", "front", "back"   [r, g, b], >= 0; derived from the medium
  *   "specular", "shininess", "rim", "rim_power", "ambient"   >= 0; 0, 40, 0, 3, 0
  *
- * Any other key is an error, so that a misspelt one does not pass in silence. False: DPH_ERROR_ARGUMENT where it is neither a preset nor a
- * file (the message lists the presets), DPH_ERROR_INPUT for a bad file (with the line, or the key and its value),
- * DPH_ERROR_LIMIT, DPH_ERROR_MEMORY. */
+ * Any other key is an error, so that a misspelt one does not pass in silence. False:
+ * DPH_ERROR_ARGUMENT where it is neither a preset nor a file (the message lists the presets),
+ * DPH_ERROR_INPUT for a bad file (with the line, or the key and its value), DPH_ERROR_LIMIT,
+ * DPH_ERROR_MEMORY. */
 bool dph_material_load(const char *name_or_path, struct dph_material *material, struct dph_error *err);
 
 /* What follows from a medium, per channel. */
@@ -72,9 +75,12 @@ struct dph_medium {
 };
 void dph_material_medium(const struct dph_material *material, struct dph_medium *medium);
 
-/* The constants that a shader takes for a material, per channel: struct DphMaterial of shaders/diaphan.glsl has the same members. Lengths are
- * in mm. Slab curve: T(d) = min(1, numerator * rate / sinh(rate * (d + offset))), in the limit of rate 0
- * numerator / (d + offset). Exponential: exp(-rate * d). */
+/* The constants that a shader takes for a material, per channel: struct DphMaterial of
+ * shaders/diaphan.glsl has the same members. Lengths are in mm. The curves:
+ *
+ *   slab         T(d) = min(1, numerator * rate / sinh(rate * (d + offset))),
+ *                in the limit of rate 0 min(1, numerator / (d + offset))
+ *   exponential  T(d) = exp(-rate * d) */
 struct dph_material_constants {
     int formula;              /* enum dph_formula                                                 */
     int curve;                /* enum dph_curve                                                   */

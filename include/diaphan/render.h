@@ -1,7 +1,8 @@
 /* diaphan/render.h - drawing translucent scenes with OpenGL 3.3 core, with or without a window.      Tier 3.
  *
- * The caller makes a context (dph_gl_create_headless, or its own window's) and keeps it current on the calling thread. Nothing here bakes: a
- * body without thickness cannot be drawn by a method that needs it. */
+ * The caller makes a context (dph_gl_create_headless, or its own window's) and keeps it current on
+ * the calling thread. Nothing here bakes: a body without thickness cannot be drawn by a method that
+ * needs it. */
 #ifndef DIAPHAN_RENDER_H
 #define DIAPHAN_RENDER_H
 
@@ -14,10 +15,12 @@
 extern "C" {
 #endif
 
-/* A headless context: EGL's surfaceless platform (Mesa), else its device platform (a vendor's driver). */
+/* A headless context through EGL: a graphics card by the device platform, else Mesa's surfaceless
+ * platform. */
 struct dph_gl;
 
-/* Makes the context and makes it current. NULL: DPH_ERROR_CAPABILITY, the message says what was tried. */
+/* Makes the context and makes it current. NULL: DPH_ERROR_CAPABILITY, the message says what was
+ * tried. */
 struct dph_gl *dph_gl_create_headless(struct dph_error *err);
 void dph_gl_destroy(struct dph_gl *gl);
 
@@ -45,7 +48,8 @@ struct dph_camera {
     double fov;                /* vertical, degrees                                                */
 };
 
-/* Everything that a picture depends on besides the scene. struct dph_frame f = dph_frame_defaults(); */
+/* Everything that a picture depends on besides the scene. struct dph_frame f =
+ * dph_frame_defaults(); */
 #define DPH_MAX_LIGHTS 16
 struct dph_frame {
     const struct dph_method *method;      /* shsss                                                 */
@@ -67,13 +71,14 @@ struct dph_renderer;
 struct dph_renderer *dph_renderer_create(const struct dph_scene *scene, struct dph_error *err);
 void dph_renderer_destroy(struct dph_renderer *renderer);
 
-/* Draws one frame into `image` (initialised by the caller to the frame's size): linear radiance, alpha is coverage; the background is composited.
- * False: DPH_ERROR_ARGUMENT (sizes, no light, a body that is not baked), DPH_ERROR_CAPABILITY (GL errors, with the pass's name). */
+/* Draws one frame into `image` (initialised by the caller to the frame's size): linear radiance,
+ * alpha is coverage; the background is composited. False: DPH_ERROR_ARGUMENT (sizes, no light, a
+ * body that is not baked), DPH_ERROR_CAPABILITY (GL errors, with the pass's name). */
 bool dph_renderer_draw(struct dph_renderer *renderer, const struct dph_frame *frame,
                        struct dph_image *image, struct dph_error *err);
 
-/* Reads back what the vertex stage computes for light 0: the thickness in mm, not clamped, of every vertex of one instance, for tests.
- * `thickness` (body.mesh.nvert). */
+/* Reads back what the vertex stage computes for light 0: the thickness in mm, not clamped, of every
+ * vertex of one instance, for tests. `thickness` (body.mesh.nvert). */
 bool dph_renderer_thickness(struct dph_renderer *renderer, const struct dph_frame *frame,
                             size_t instance, float *thickness, struct dph_error *err);
 

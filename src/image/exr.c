@@ -1,8 +1,9 @@
 /* OpenEXR through OpenEXRCore, the C library of OpenEXR 3.1.
  *
- * The library reads and writes at offsets, so both directions go through a buffer in memory: a read never sees more than the file, and a written file
- * reaches the disk whole through dph_output. Written: one part, scan lines, ZIP (16 lines a chunk), 32-bit float
- * channels R, G, B, A with rows from the top. Nothing in the header depends on the machine or the time. */
+ * The library reads and writes at offsets, so both directions go through a buffer in memory: a read
+ * never sees more than the file, and a written file reaches the disk whole through dph_output.
+ * Written: one part, scan lines, ZIP (16 lines a chunk), 32-bit float channels R, G, B, A with rows
+ * from the top. Nothing in the header depends on the machine or the time. */
 #include "core/fail.h"
 #include "core/memory.h"
 #include "image/formats.h"

@@ -11,7 +11,8 @@
 /* Nor is a larger file. */
 #define DPH_IMAGE_MAX_FILE ((size_t)4 << 30)
 
-/* Each fills an uninitialised image from a file in memory, or writes one. Errors as dph_image_load and dph_image_save. */
+/* Each fills an uninitialised image from a file in memory, or writes one. Errors as dph_image_load
+ * and dph_image_save. */
 bool dph_read_png(struct dph_image *image, const struct dph_file *file, const char *path,
                   struct dph_error *err);
 bool dph_write_png(const struct dph_image *image, const char *path, const struct dph_tone *tone,
@@ -20,8 +21,9 @@ bool dph_read_exr(struct dph_image *image, const struct dph_file *file, const ch
                   struct dph_error *err);
 bool dph_write_exr(const struct dph_image *image, const char *path, struct dph_error *err);
 
-/* Whether a picture of this size may be read from a file of `file_size` bytes, `row_bytes` a row before compression. Deflate, the strongest
- * of the compressions in use, shrinks by at most 1032 : 1, so a header that claims more lies. `place` follows the path. */
+/* Whether a picture of this size may be read from a file of `file_size` bytes, `row_bytes` a row
+ * before compression. Deflate, the strongest of the compressions in use, shrinks by at most 1032 :
+ * 1, so a header that claims more lies. `place` follows the path. */
 bool dph_image_check_claim(const char *path, const char *place, int64_t width, int64_t height,
                            size_t row_bytes, size_t file_size, struct dph_error *err);
 

@@ -1,6 +1,7 @@
 /* Pictures in memory, the one output transform, and the choice of a file format.
  *
- * The transfer function is the one of IEC 61966-2-1:1999 (sRGB): linear below 0.0031308, else 1.055 x^(1/2.4) - 0.055. */
+ * The transfer function is the one of IEC 61966-2-1:1999 (sRGB): linear below 0.0031308, else 1.055
+ * x^(1/2.4) - 0.055. */
 #include <diaphan/image.h>
 
 #include "core/fail.h"
@@ -56,14 +57,14 @@ bool dph_image_check_claim(const char *path, const char *place, int64_t width, i
                            size_t row_bytes, size_t file_size, struct dph_error *err)
 {
     if (width < 1 || height < 1)
-        return dph_fail(err, DPH_ERROR_INPUT, "%s: %s: a picture of %lld x %lld pixels", path, place,
-                        (long long)width, (long long)height);
+        return dph_fail(err, DPH_ERROR_INPUT, "%s: %s: a picture of %lld x %lld pixels", path,
+                        place, (long long)width, (long long)height);
     if (width > MAX_SIDE || height > MAX_SIDE ||
         (size_t)width * (size_t)height > DPH_IMAGE_MAX_PIXELS)
-        return dph_fail(err, DPH_ERROR_LIMIT,
-                        "%s: %s: a picture of %lld x %lld pixels; sides of %d and %zu pixels are read",
-                        path, place, (long long)width, (long long)height, MAX_SIDE,
-                        DPH_IMAGE_MAX_PIXELS);
+        return dph_fail(
+            err, DPH_ERROR_LIMIT,
+            "%s: %s: a picture of %lld x %lld pixels; sides of %d and %zu pixels are read", path,
+            place, (long long)width, (long long)height, MAX_SIDE, DPH_IMAGE_MAX_PIXELS);
     if (row_bytes / 1032 * (size_t)height > file_size)
         return dph_fail(err, DPH_ERROR_INPUT,
                         "%s: %s: %lld x %lld pixels cannot be in a file of %zu bytes", path, place,

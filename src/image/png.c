@@ -1,8 +1,9 @@
 /* PNG through libpng.
  *
- * libpng reports errors by a long jump. Everything that a jump could leak, and everything that is read after one, lives in the struct that the
- * caller's frame owns, so that no automatic variable changes between setjmp and the jump. Written files carry 8-bit
- * RGB and an sRGB chunk; there is no time stamp in them, so equal pictures give equal bytes. */
+ * libpng reports errors by a long jump. Everything that a jump could leak, and everything that is
+ * read after one, lives in the struct that the caller's frame owns, so that no automatic variable
+ * changes between setjmp and the jump. Written files carry 8-bit RGB and an sRGB chunk; there is no
+ * time stamp in them, so equal pictures give equal bytes. */
 #include "core/fail.h"
 #include "core/memory.h"
 #include "image/formats.h"
@@ -23,7 +24,7 @@ struct reader {
     png_bytep row;   /* one row, or for interlaced files all of them */
     png_bytep *rows; /* (height), interlaced files only              */
     char message[128];
-    bool told;       /* `err` is filled already                      */
+    bool told; /* `err` is filled already                      */
 };
 
 static void on_error(png_structp png, png_const_charp message)
@@ -76,7 +77,8 @@ static void read_pixels(struct reader *r, struct dph_error *err)
     png_set_read_fn(png, r, read_bytes);
     png_set_crc_action(png, PNG_CRC_ERROR_QUIT, PNG_CRC_WARN_DISCARD);
     png_read_info(png, r->info);
-    png_uint_32 width = png_get_image_width(png, r->info), height = png_get_image_height(png, r->info);
+    png_uint_32 width = png_get_image_width(png, r->info),
+                height = png_get_image_height(png, r->info);
     if (!dph_image_check_claim(r->path, "IHDR", width, height, png_get_rowbytes(png, r->info),
                                r->file->size, err)) {
         r->told = true;
@@ -167,8 +169,8 @@ static void flush_bytes(png_structp png)
     (void)png;
 }
 
-/* The 8-bit code of a value is the number of these bounds that it reaches: the same result as rounding 255 times the
- * encoded value, at the cost of eight comparisons. */
+/* The 8-bit code of a value is the number of these bounds that it reaches: the same result as
+ * rounding 255 times the encoded value, at the cost of eight comparisons. */
 static void code_bounds(bool linear, double *bound /* (255) */)
 {
     for (int i = 0; i < 255; i++)
@@ -185,7 +187,8 @@ static png_byte code_of(const double *bound, double value)
 }
 
 /* May jump. */
-static void write_pixels(struct writer *w, const struct dph_image *image, const struct dph_tone *tone)
+static void write_pixels(struct writer *w, const struct dph_image *image,
+                         const struct dph_tone *tone)
 {
     png_structp png = w->png;
     png_uint_32 width = (png_uint_32)image->width, height = (png_uint_32)image->height;

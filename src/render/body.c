@@ -1,8 +1,9 @@
 /* A body's buffers: positions and normals interleaved, coefficients exactly as they are stored.
  *
- * Coefficients go to the GPU as the bake packed them, float or normalized integers: the fetch of the vertex stage unpacks them, and the scale of
- * each band is in the light's values already. A body without normals is flat, so its corners become vertices of their own with the normal of their
- * face. A mesh whose indices are just 0, 1, 2, ... is drawn without an index buffer. */
+ * Coefficients go to the GPU as the bake packed them, float or normalized integers: the fetch of
+ * the vertex stage unpacks them, and the scale of each band is in the light's values already. A
+ * body without normals is flat, so its corners become vertices of their own with the normal of
+ * their face. A mesh whose indices are just 0, 1, 2, ... is drawn without an index buffer. */
 #include "render/draw.h"
 
 #include "core/fail.h"
@@ -37,7 +38,8 @@ static void face_normal(const struct dph_mesh *mesh, size_t triangle, float out[
 }
 
 /* (nvert x 6) positions relative to the origin, and normals. */
-static bool upload_vertices(struct dph_gpu_body *gpu, const struct dph_mesh *mesh, struct dph_error *err)
+static bool upload_vertices(struct dph_gpu_body *gpu, const struct dph_mesh *mesh,
+                            struct dph_error *err)
 {
     float *row = dph_alloc(gpu->nvert, 6 * sizeof *row);
     if (!row)
@@ -80,7 +82,8 @@ static bool upload_coefficients(struct dph_gpu_body *gpu, const struct dph_mesh 
     glBindBuffer(GL_ARRAY_BUFFER, gpu->coefficients);
     glBufferData(GL_ARRAY_BUFFER, (GLsizeiptr)(gpu->nvert * bytes), data, GL_STATIC_DRAW);
     free(expanded);
-    gpu->vectors = thickness->components / 4 < DPH_MAX_VECTORS ? thickness->components / 4 : DPH_MAX_VECTORS;
+    gpu->vectors =
+        thickness->components / 4 < DPH_MAX_VECTORS ? thickness->components / 4 : DPH_MAX_VECTORS;
     GLenum type = thickness->store == DPH_STORE_FLOAT     ? GL_FLOAT
                   : thickness->store == DPH_STORE_SNORM16 ? GL_SHORT
                                                           : GL_BYTE;
@@ -100,7 +103,8 @@ bool dph_gpu_body_init(struct dph_gpu_body *gpu, const struct dph_body *body, st
     if (!mesh->ntri || !mesh->nvert)
         return true;
     if (mesh->ntri > INT_MAX / 3)
-        return dph_fail(err, DPH_ERROR_LIMIT, "%zu triangles, more than one draw call takes", mesh->ntri);
+        return dph_fail(err, DPH_ERROR_LIMIT, "%zu triangles, more than one draw call takes",
+                        mesh->ntri);
     if (body->thickness && body->thickness->nvert != mesh->nvert)
         return dph_fail(err, DPH_ERROR_ARGUMENT, "thickness of %zu vertices for a mesh of %zu",
                         body->thickness->nvert, mesh->nvert);

@@ -1,7 +1,8 @@
-/* Passes: every method draws all instances with a program of its own, and this is the loop that they share.
+/* Passes: every method draws all instances with a program of its own, and this is the loop that
+ * they share.
  *
- * Everything is placed relative to the eye and in units of the scene's radius, computed in double, so that scenes of any size and anywhere
- * keep the precision of floats. */
+ * Everything is placed relative to the eye and in units of the scene's radius, computed in double,
+ * so that scenes of any size and anywhere keep the precision of floats. */
 #include "render/draw.h"
 
 #include "core/fail.h"
@@ -11,9 +12,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-struct dph_program *dph_draw_program(struct dph_renderer *renderer, const char *vert, const char *frag,
-                                     const char *feedback, int lights, int vectors,
-                                     struct dph_error *err)
+struct dph_program *dph_draw_program(struct dph_renderer *renderer, const char *vert,
+                                     const char *frag, const char *feedback, int lights,
+                                     int vectors, struct dph_error *err)
 {
     for (struct dph_variant *v = renderer->variants; v; v = v->next)
         if (v->vert == vert && v->frag == frag && v->feedback == feedback && v->lights == lights &&
@@ -24,10 +25,15 @@ struct dph_program *dph_draw_program(struct dph_renderer *renderer, const char *
         dph_fail_memory(err);
         return NULL;
     }
-    *v = (struct dph_variant){.vert = vert, .frag = frag, .feedback = feedback, .lights = lights,
-                              .vectors = vectors, .next = renderer->variants};
+    *v = (struct dph_variant){.vert = vert,
+                              .frag = frag,
+                              .feedback = feedback,
+                              .lights = lights,
+                              .vectors = vectors,
+                              .next = renderer->variants};
     char defines[128];
-    snprintf(defines, sizeof defines, "#define DPH_LIGHTS %d\n#define DPH_VECTORS %d\n", lights, vectors);
+    snprintf(defines, sizeof defines, "#define DPH_LIGHTS %d\n#define DPH_VECTORS %d\n", lights,
+             vectors);
     if (!dph_program_init(&v->program, vert, frag, defines, feedback, err)) {
         free(v);
         return NULL;
@@ -56,12 +62,14 @@ void dph_draw_material(const struct dph_draw *draw, struct dph_program *program)
     dph_set_float(program, "u_material.ambient", m->ambient);
 }
 
-/* Column-major product of the affine placement and the camera, and the matrix for normals. Returns the sign of the determinant. */
+/* Column-major product of the affine placement and the camera, and the matrix for normals. Returns
+ * the sign of the determinant. */
 static double place(const struct dph_draw *draw, const struct dph_instance *instance,
                     const double origin[3], float place[16], float clip[16], float normal[9])
 {
     const float *m = instance->matrix;
-    double radius = draw->renderer->radius, column[4][3], cofactor[3][3], largest = 0, determinant = 0;
+    double radius = draw->renderer->radius, column[4][3], cofactor[3][3], largest = 0,
+           determinant = 0;
     for (int c = 0; c < 3; c++)
         for (int r = 0; r < 3; r++)
             column[c][r] = (double)m[4 * c + r] / radius;
@@ -94,7 +102,8 @@ static double place(const struct dph_draw *draw, const struct dph_instance *inst
     return sign;
 }
 
-static const struct dph_thickness *thickness_of(const struct dph_draw *draw, const struct dph_instance *instance)
+static const struct dph_thickness *thickness_of(const struct dph_draw *draw,
+                                                const struct dph_instance *instance)
 {
     return draw->renderer->scene->body[instance->body].thickness;
 }
@@ -103,7 +112,8 @@ void dph_draw_place(const struct dph_draw *draw, struct dph_program *program,
                     const struct dph_instance *instance, int vectors)
 {
     float placed[16], clip[16], normal[9];
-    double sign = place(draw, instance, draw->renderer->body[instance->body].origin, placed, clip, normal);
+    double sign =
+        place(draw, instance, draw->renderer->body[instance->body].origin, placed, clip, normal);
     dph_set_mat(program, "u_place", 4, placed);
     dph_set_mat(program, "u_clip", 4, clip);
     dph_set_mat(program, "u_normal", 3, normal);
@@ -128,8 +138,8 @@ void dph_draw_place(const struct dph_draw *draw, struct dph_program *program,
 /* How many vec4 are worth fetching: those of the bands in use. */
 static int vectors_in_use(const struct dph_draw *draw, const struct dph_gpu_body *gpu)
 {
-    int bands = draw->frame->bands, wanted = bands > 0 && bands < DPH_DRAW_BANDS ? (bands * bands + 3) / 4
-                                                                                : DPH_MAX_VECTORS;
+    int bands = draw->frame->bands,
+        wanted = bands > 0 && bands < DPH_DRAW_BANDS ? (bands * bands + 3) / 4 : DPH_MAX_VECTORS;
     return wanted < gpu->vectors ? wanted : gpu->vectors;
 }
 
@@ -143,11 +153,11 @@ bool dph_draw_pass(struct dph_draw *draw, const struct dph_pass *pass, struct dp
         if (!gpu->count)
             continue;
         if (pass->thickness && !gpu->vectors)
-            return dph_fail(err, DPH_ERROR_ARGUMENT, "pass %s: body %zu ('%.60s') is not baked", pass->name,
-                            instance->body, scene->body[instance->body].name);
+            return dph_fail(err, DPH_ERROR_ARGUMENT, "pass %s: body %zu ('%.60s') is not baked",
+                            pass->name, instance->body, scene->body[instance->body].name);
         int vectors = pass->thickness ? vectors_in_use(draw, gpu) : 0;
-        program = dph_draw_program(draw->renderer, pass->vert, pass->frag, NULL, draw->frame->nlight,
-                                   vectors, err);
+        program = dph_draw_program(draw->renderer, pass->vert, pass->frag, NULL,
+                                   draw->frame->nlight, vectors, err);
         if (!program)
             return false;
         if (program != used) {

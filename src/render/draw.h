@@ -1,8 +1,8 @@
 /* render/draw.h - what the drawing methods are written with: bodies on the GPU, passes, programs.      Tier 3, private.
  *
- * Data flow of a frame: renderer.c makes a target and the camera's matrices, the method's draw function runs its passes through
- * dph_draw_pass, renderer.c reads the target back. A method is a file method_NAME.c with one `const struct dph_method`, named in
- * the table of method.c. */
+ * Data flow of a frame: renderer.c makes a target and the camera's matrices, the method's draw
+ * function runs its passes through dph_draw_pass, renderer.c reads the target back. A method is a
+ * file method_NAME.c with one `const struct dph_method`, named in the table of method.c. */
 #ifndef DPH_RENDER_DRAW_H
 #define DPH_RENDER_DRAW_H
 
@@ -12,7 +12,8 @@
 /* The most vec4 of coefficients that a vertex stage takes: DPH_DRAW_BANDS squared over 4. */
 #define DPH_MAX_VECTORS 9
 
-/* A body's buffers. Positions are relative to `origin`, so that bodies far from their own origin keep their precision. */
+/* A body's buffers. Positions are relative to `origin`, so that bodies far from their own origin
+ * keep their precision. */
 struct dph_gpu_body {
     GLuint array, vertices, coefficients, indices;
     GLsizei count;     /* indices, or vertices where there are none                            */
@@ -23,7 +24,8 @@ struct dph_gpu_body {
     double origin[3];
 };
 
-/* False: DPH_ERROR_LIMIT, _MEMORY or _CAPABILITY, and nothing is left behind. A body without triangles gets count 0. */
+/* False: DPH_ERROR_LIMIT, _MEMORY or _CAPABILITY, and nothing is left behind. A body without
+ * triangles gets count 0. */
 bool dph_gpu_body_init(struct dph_gpu_body *gpu, const struct dph_body *body, struct dph_error *err);
 void dph_gpu_body_finish(struct dph_gpu_body *gpu);
 
@@ -34,11 +36,13 @@ struct dph_target {
     int width, height, samples, asked;
 };
 
-/* Makes the target fit; keeps it where it does already. Fewer samples where GL has fewer. False: DPH_ERROR_CAPABILITY. */
+/* Makes the target fit; keeps it where it does already. Fewer samples where GL has fewer. False:
+ * DPH_ERROR_CAPABILITY. */
 bool dph_target_fit(struct dph_target *target, int width, int height, int samples, struct dph_error *err);
 void dph_target_finish(struct dph_target *target);
-/* Resolves the lower left width x height pixels and reads them back, rows from the bottom, `row_length` pixels apart: premultiplied
- * by coverage, with coverage in alpha. False: DPH_ERROR_CAPABILITY. */
+/* Resolves the lower left width x height pixels and reads them back, rows from the bottom,
+ * `row_length` pixels apart: premultiplied by coverage, with coverage in alpha. False:
+ * DPH_ERROR_CAPABILITY. */
 bool dph_target_read(struct dph_target *target, int width, int height, float *pixel, int row_length,
                      struct dph_error *err);
 
@@ -77,10 +81,12 @@ struct dph_pass {
     void (*uniforms)(const struct dph_draw *draw, struct dph_program *program);
 };
 
-/* Draws all instances into the current framebuffer. False: DPH_ERROR_ARGUMENT for a body that is not baked, DPH_ERROR_CAPABILITY. */
+/* Draws all instances into the current framebuffer. False: DPH_ERROR_ARGUMENT for a body that is
+ * not baked, DPH_ERROR_CAPABILITY. */
 bool dph_draw_pass(struct dph_draw *draw, const struct dph_pass *pass, struct dph_error *err);
 
-/* The program of a pass, compiled at its first use and kept by the renderer. NULL: as dph_program_init. */
+/* The program of a pass, compiled at its first use and kept by the renderer. NULL: as
+ * dph_program_init. */
 struct dph_program *dph_draw_program(struct dph_renderer *renderer, const char *vert, const char *frag,
                                      const char *feedback, int lights, int vectors,
                                      struct dph_error *err);

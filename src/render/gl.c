@@ -1,7 +1,8 @@
 /* The GL layer: shaders become programs, uniforms are checked, errors are drained.
  *
- * GL itself ignores a uniform's misspelt name and reports errors only when asked. Here a name that no shader declares is an error of
- * the pass that set it, and a compiler's message names the file in shaders/ and the line in it. */
+ * GL itself ignores a uniform's misspelt name and reports errors only when asked. Here a name that
+ * no shader declares is an error of the pass that set it, and a compiler's message names the file
+ * in shaders/ and the line in it. */
 #include "render/gl.h"
 
 #include "core/fail.h"
@@ -45,7 +46,8 @@ static void append(struct text *text, const char *data, size_t size)
     text->data[text->size] = 0;
 }
 
-__attribute__((format(printf, 2, 3))) static void appendf(struct text *text, const char *format, ...)
+__attribute__((format(printf, 2, 3))) static void appendf(struct text *text, const char *format,
+                                                          ...)
 {
     char line[256];
     va_list args;
@@ -64,10 +66,12 @@ static int find_file(const char *name, size_t length)
     return -1;
 }
 
-/* Lines are numbered file * LINES + line: the number of the source string that #line may set as well is lost in Mesa's messages. */
+/* Lines are numbered file * LINES + line: the number of the source string that #line may set as
+ * well is lost in Mesa's messages. */
 #define LINES 10000
 
-/* Appends file number `file`, its includes in their places, each at most once (`seen`, a bit a file). */
+/* Appends file number `file`, its includes in their places, each at most once (`seen`, a bit a
+ * file). */
 static bool expand(struct text *text, int file, unsigned *seen, struct dph_error *err)
 {
     *seen |= 1u << file;
@@ -117,7 +121,8 @@ char *dph_shader_text(const char *name, const char *defines, struct dph_error *e
     return text.data;
 }
 
-/* Describes a compiler's log: Mesa begins lines with "FILE:LINE(COLUMN): ", NVIDIA with "FILE(LINE) : ". */
+/* Describes a compiler's log: Mesa begins lines with "FILE:LINE(COLUMN): ", NVIDIA with "FILE(LINE)
+ * : ". */
 static bool fail_log(const char *log, const char *label, struct dph_error *err)
 {
     int line = 0, used = 0, count = 0;
@@ -220,7 +225,8 @@ void dph_program_finish(struct dph_program *program)
     *program = (struct dph_program){0};
 }
 
-/* Whether `word` (of `length`) stands in the text as a whole word, after `before` where that is given. */
+/* Whether `word` (of `length`) stands in the text as a whole word, after `before` where that is
+ * given. */
 static bool has_word(const char *text, const char *word, size_t length, bool uniform)
 {
     for (const char *at = text; (at = strstr(at, uniform ? "uniform " : word)); at++) {
@@ -271,9 +277,10 @@ static GLint locate(struct dph_program *program, const char *name)
             snprintf(program->unknown, sizeof program->unknown, "%s", name);
         return -1;
     }
-    struct dph_uniform *grown = dph_grow(program->uniform, program->nuniform, &program->capacity,
-                                         sizeof *grown);
-    if (grown && strlen(name) < sizeof grown->name) { /* without the memory it is asked again next time */
+    struct dph_uniform *grown =
+        dph_grow(program->uniform, program->nuniform, &program->capacity, sizeof *grown);
+    if (grown &&
+        strlen(name) < sizeof grown->name) { /* without the memory it is asked again next time */
         program->uniform = grown;
         strcpy(grown[program->nuniform].name, name);
         grown[program->nuniform++].location = location;

@@ -5,8 +5,8 @@
 #include <diaphan/error.h>
 #include <epoxy/gl.h>
 
-/* A linked program. Uniforms are set by name through the functions below, which remember the first name that the shaders do not
- * declare; dph_program_check reports it. */
+/* A linked program. Uniforms are set by name through the functions below, which remember the first
+ * name that the shaders do not declare; dph_program_check reports it. */
 struct dph_program {
     GLuint id;
     char *label;              /* "body.vert + shsss.frag"                                  */
@@ -16,14 +16,16 @@ struct dph_program {
     char unknown[64];         /* first name that is not declared, else empty               */
 };
 
-/* Compiles and links two embedded shaders, frag NULL: none. Before the text come #version, `defines` ("#define A 1\n...") and #line; #include "name"
- * of other embedded files is expanded. `feedback`: Nullable, name of a varying to capture. False:
- * DPH_ERROR_CAPABILITY with the compiler's first message as "file:line: text", or DPH_ERROR_MEMORY. */
+/* Compiles and links two embedded shaders, frag NULL: none. Before the text come #version,
+ * `defines` ("#define A 1\n...") and #line; #include "name" of other embedded files is expanded.
+ * `feedback`: Nullable, name of a varying to capture. False: DPH_ERROR_CAPABILITY with the
+ * compiler's first message as "file:line: text", or DPH_ERROR_MEMORY. */
 bool dph_program_init(struct dph_program *program, const char *vert, const char *frag,
                       const char *defines, const char *feedback, struct dph_error *err);
 void dph_program_finish(struct dph_program *program);
 
-/* Set uniforms of the program in use. A name that is declared but was optimised away is passed over. */
+/* Set uniforms of the program in use. A name that is declared but was optimised away is passed
+ * over. */
 void dph_set_int(struct dph_program *program, const char *name, int value);
 void dph_set_float(struct dph_program *program, const char *name, float value);
 /* `components` 3 or 4 */
@@ -32,16 +34,16 @@ void dph_set_vec(struct dph_program *program, const char *name, int components, 
 /* `side` 3 or 4, column-major */
 void dph_set_mat(struct dph_program *program, const char *name, int side, const float *value);
 
-/* False, naming the pass: a uniform of an unknown name was set (DPH_ERROR_ARGUMENT: a programmer's mistake), or GL has an error (DPH_ERROR_CAPABILITY).
- * Drains all errors of GL. */
+/* False, naming the pass: a uniform of an unknown name was set (DPH_ERROR_ARGUMENT: a programmer's
+ * mistake), or GL has an error (DPH_ERROR_CAPABILITY). Drains all errors of GL. */
 bool dph_program_check(struct dph_program *program, const char *pass, struct dph_error *err);
 bool dph_gl_check(const char *pass, struct dph_error *err);
 
 /* Forgets errors that were there before us. */
 void dph_gl_drain(void);
 
-/* The text of an embedded shader with its includes, as it goes to the compiler. malloc'ed; NULL: DPH_ERROR_MEMORY, or
- * DPH_ERROR_ARGUMENT for a file that is not there. */
+/* The text of an embedded shader with its includes, as it goes to the compiler. malloc'ed; NULL:
+ * DPH_ERROR_MEMORY, or DPH_ERROR_ARGUMENT for a file that is not there. */
 char *dph_shader_text(const char *name, const char *defines, struct dph_error *err);
 
 #endif

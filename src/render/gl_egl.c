@@ -1,9 +1,10 @@
 /* A headless GL context through EGL. The only file that knows EGL.
  *
- * In this order: a graphics card through the device platform (a vendor's driver has nothing else without a display), Mesa's surfaceless
- * platform, and any device that is left. eglGetDisplay is of no use without a display server. The platform functions are taken with their EXT names:
- * libepoxy ends the process where an entry point of EGL 1.5 without them is not resolved, and likewise where libEGL or
- * libOpenGL are missing, so both are looked for first. */
+ * In this order: a graphics card through the device platform (a vendor's driver has nothing else
+ * without a display), Mesa's surfaceless platform, and any device that is left. eglGetDisplay is of
+ * no use without a display server. The platform functions are taken with their EXT names: libepoxy
+ * ends the process where an entry point of EGL 1.5 without them is not resolved, and likewise where
+ * libEGL or libOpenGL are missing, so both are looked for first. */
 #include <diaphan/render.h>
 
 #include "core/fail.h"
@@ -45,10 +46,15 @@ static bool can_open(const char *library)
 /* Makes a 3.3 core context on a display and makes it current. `why` gets the reason of a failure. */
 static bool start(struct dph_gl *gl, EGLDisplay display, const char **why)
 {
-    static const EGLint config_wanted[] = {EGL_SURFACE_TYPE, 0, EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_NONE};
-    static const EGLint context_wanted[] = {EGL_CONTEXT_MAJOR_VERSION_KHR, 3, EGL_CONTEXT_MINOR_VERSION_KHR, 3,
+    static const EGLint config_wanted[] = {EGL_SURFACE_TYPE, 0, EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT,
+                                           EGL_NONE};
+    static const EGLint context_wanted[] = {EGL_CONTEXT_MAJOR_VERSION_KHR,
+                                            3,
+                                            EGL_CONTEXT_MINOR_VERSION_KHR,
+                                            3,
                                             EGL_CONTEXT_OPENGL_PROFILE_MASK_KHR,
-                                            EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT_KHR, EGL_NONE};
+                                            EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT_KHR,
+                                            EGL_NONE};
     EGLint major, minor, count = 0;
     EGLConfig config = NULL;
     if (display == EGL_NO_DISPLAY || !eglInitialize(display, &major, &minor)) {
@@ -65,7 +71,8 @@ static bool start(struct dph_gl *gl, EGLDisplay display, const char **why)
     else if (!eglChooseConfig(display, config_wanted, &config, 1, &count))
         *why = "no configuration";
     else {
-        EGLContext context = eglCreateContext(display, count ? config : NULL, EGL_NO_CONTEXT, context_wanted);
+        EGLContext context =
+            eglCreateContext(display, count ? config : NULL, EGL_NO_CONTEXT, context_wanted);
         if (context != EGL_NO_CONTEXT) {
             if (eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context)) {
                 gl->display = display;
@@ -111,20 +118,24 @@ struct dph_gl *dph_gl_create_headless(struct dph_error *err)
             devices = 0;
     for (int round = 0; round < 3; round++) {
         if (round == 1 && platforms && has_word(client, "EGL_MESA_platform_surfaceless") &&
-            start(gl, eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, NULL), &why))
+            start(
+                gl,
+                eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, NULL),
+                &why))
             return gl;
         for (int i = 0; i < devices && round != 1; i++) {
             bool software = has_word(eglQueryDeviceStringEXT(device[i], EGL_EXTENSIONS),
                                      "EGL_MESA_device_software");
             if (software == (round == 2) &&
-                start(gl, eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, device[i], NULL), &why_device))
+                start(gl, eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, device[i], NULL),
+                      &why_device))
                 return gl;
         }
     }
     free(gl);
     dph_fail(err, DPH_ERROR_CAPABILITY,
-             "no GL context: EGL's surfaceless platform: %s; its device platform, %d devices: %s", why,
-             (int)devices, why_device);
+             "no GL context: EGL's surfaceless platform: %s; its device platform, %d devices: %s",
+             why, (int)devices, why_device);
     return NULL;
 }
 

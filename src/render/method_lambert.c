@@ -1,11 +1,14 @@
-/* lambert: plain shading with the material's diffuse reflectance as albedo. The base line of cost and of looks: J. H. Lambert's cosine
- * law, with Blinn-Phong's highlight where the material asks for one. */
+/* lambert: plain shading with the material's diffuse reflectance as albedo. The base line of cost
+ * and of looks: J. H. Lambert's cosine law, with Blinn-Phong's highlight where the material asks
+ * for one. */
 #include "render/draw.h"
 
 static bool draw_lambert(struct dph_draw *draw, struct dph_error *err)
 {
-    static const struct dph_pass pass = {
-        .name = "lambert", .vert = "body.vert", .frag = "lambert.frag", .uniforms = dph_draw_material};
+    static const struct dph_pass pass = {.name = "lambert",
+                                         .vert = "body.vert",
+                                         .frag = "lambert.frag",
+                                         .uniforms = dph_draw_material};
     return dph_draw_pass(draw, &pass, err);
 }
 

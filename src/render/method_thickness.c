@@ -1,5 +1,5 @@
-/* thickness: what shsss takes for the thickness towards the first light, clamped at 0, in grey; white is the diameter of the scene's
- * bounding sphere. For looking at a bake without any material. */
+/* thickness: what shsss takes for the thickness towards the first light, clamped at 0, in grey;
+ * white is the diameter of the scene's bounding sphere. For looking at a bake without any material. */
 #include "render/draw.h"
 
 static void set_gain(const struct dph_draw *draw, struct dph_program *program)

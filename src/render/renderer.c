@@ -1,8 +1,9 @@
 /* A scene on the GPU, and frames of it: camera, target, method, read back.
  *
- * The camera looks at the centre of the scene's bounding box from `distance` radii of its bounding sphere; the sphere also gives the near and the far
- * plane. Large pictures are drawn in tiles, so that the multisampled target stays within some hundred megabytes. The background is
- * composited after the samples are averaged: color + (1 - coverage) * background. */
+ * The camera looks at the centre of the scene's bounding box from `distance` radii of its bounding
+ * sphere; the sphere also gives the near and the far plane. Large pictures are drawn in tiles, so
+ * that the multisampled target stays within some hundred megabytes. The background is composited
+ * after the samples are averaged: color + (1 - coverage) * background. */
 #include <diaphan/render.h>
 
 #include "core/fail.h"
@@ -54,7 +55,8 @@ struct dph_renderer *dph_renderer_create(const struct dph_scene *scene, struct d
         sum += side * side;
     }
     renderer->radius = sqrt(sum) / 2;
-    if (!(renderer->radius > 0) || !isfinite(renderer->radius)) { /* a scene of nothing, or of a point */
+    if (!(renderer->radius > 0) ||
+        !isfinite(renderer->radius)) { /* a scene of nothing, or of a point */
         renderer->radius = 1;
         for (int k = 0; k < 3; k++)
             if (!isfinite(renderer->centre[k]))
@@ -92,7 +94,8 @@ static void make_camera(struct dph_draw *draw)
     double a = camera->azimuth * DEGREE, e = camera->elevation * DEGREE, back[3];
     dph_light_direction(camera->azimuth, camera->elevation, back);
     /* the derivatives of the direction by its angles: orthogonal to it at the poles, too */
-    const double right[3] = {cos(a), 0, -sin(a)}, up[3] = {-sin(e) * sin(a), cos(e), -sin(e) * cos(a)};
+    const double right[3] = {cos(a), 0, -sin(a)},
+                 up[3] = {-sin(e) * sin(a), cos(e), -sin(e) * cos(a)};
     double radius = draw->renderer->radius;
     for (int k = 0; k < 3; k++)
         draw->eye[k] = draw->renderer->centre[k] + camera->distance * radius * back[k];
@@ -109,19 +112,22 @@ static void make_camera(struct dph_draw *draw)
 }
 
 /* Checks a frame and fills what methods need of it. */
-static bool begin(struct dph_draw *draw, struct dph_renderer *renderer, const struct dph_frame *frame,
-                  struct dph_error *err)
+static bool begin(struct dph_draw *draw, struct dph_renderer *renderer,
+                  const struct dph_frame *frame, struct dph_error *err)
 {
     const struct dph_camera *camera = &frame->camera;
     if (!frame->method)
         return dph_fail(err, DPH_ERROR_ARGUMENT, "a frame needs a method");
     if (frame->nlight < 1 || frame->nlight > DPH_MAX_LIGHTS)
-        return dph_fail(err, DPH_ERROR_ARGUMENT, "%d lights: 1 to %d are drawn", frame->nlight, DPH_MAX_LIGHTS);
-    if (!(camera->distance > 0 && camera->distance <= 1e6) || !isfinite(camera->azimuth) || !isfinite(camera->elevation))
+        return dph_fail(err, DPH_ERROR_ARGUMENT, "%d lights: 1 to %d are drawn", frame->nlight,
+                        DPH_MAX_LIGHTS);
+    if (!(camera->distance > 0 && camera->distance <= 1e6) || !isfinite(camera->azimuth) ||
+        !isfinite(camera->elevation))
         return dph_fail(err, DPH_ERROR_ARGUMENT, "camera at azimuth %g, elevation %g, distance %g",
                         camera->azimuth, camera->elevation, camera->distance);
     if (!(camera->fov >= 0.01 && camera->fov <= 175))
-        return dph_fail(err, DPH_ERROR_ARGUMENT, "field of view %g: 0.01 to 175 degrees", camera->fov);
+        return dph_fail(err, DPH_ERROR_ARGUMENT, "field of view %g: 0.01 to 175 degrees",
+                        camera->fov);
     if (frame->width < 1 || frame->height < 1 || frame->samples < 1 || frame->samples > 16)
         return dph_fail(err, DPH_ERROR_ARGUMENT, "%d x %d pixels with %d samples", frame->width,
                         frame->height, frame->samples);
@@ -142,7 +148,8 @@ static void finish_image(struct dph_image *image, const double background[3])
     size_t row = (size_t)image->width * 4, rows = (size_t)image->height;
     for (size_t y = 0; y < rows / 2; y++)
         for (size_t i = 0; i < row; i++) {
-            float *a = image->pixel + y * row + i, *b = image->pixel + (rows - 1 - y) * row + i, swap = *a;
+            float *a = image->pixel + y * row + i, *b = image->pixel + (rows - 1 - y) * row + i,
+                  swap = *a;
             *a = *b;
             *b = swap;
         }
@@ -152,15 +159,16 @@ static void finish_image(struct dph_image *image, const double background[3])
 }
 
 /* Draws the part of the frame whose lower left pixel is (x, y) into the target. */
-static bool draw_tile(struct dph_draw *draw, const float clip[16], int x, int y, int width, int height,
-                      struct dph_error *err)
+static bool draw_tile(struct dph_draw *draw, const float clip[16], int x, int y, int width,
+                      int height, struct dph_error *err)
 {
     double w = draw->frame->width, h = draw->frame->height;
     for (int c = 0; c < 4; c++) { /* stretch clip space so that the tile fills it */
         const float *in = clip + 4 * c;
         float *out = draw->clip + 4 * c;
         out[0] = (float)((double)in[0] * w / width - (double)in[3] * (2 * x + width - w) / width);
-        out[1] = (float)((double)in[1] * h / height - (double)in[3] * (2 * y + height - h) / height);
+        out[1] =
+            (float)((double)in[1] * h / height - (double)in[3] * (2 * y + height - h) / height);
     }
     glBindFramebuffer(GL_FRAMEBUFFER, draw->renderer->target.frame);
     glViewport(0, 0, width, height);
@@ -184,8 +192,8 @@ bool dph_renderer_draw(struct dph_renderer *renderer, const struct dph_frame *fr
     if (!begin(&draw, renderer, frame, err))
         return false;
     if (!image->pixel || image->width != frame->width || image->height != frame->height)
-        return dph_fail(err, DPH_ERROR_ARGUMENT, "a frame of %d x %d for an image of %d x %d", frame->width,
-                        frame->height, image->width, image->height);
+        return dph_fail(err, DPH_ERROR_ARGUMENT, "a frame of %d x %d for an image of %d x %d",
+                        frame->width, frame->height, image->width, image->height);
     dph_gl_drain();
     int tile_width = frame->width < TILE ? frame->width : TILE;
     int tile_height = frame->height < TILE ? frame->height : TILE;
@@ -230,7 +238,8 @@ bool dph_renderer_thickness(struct dph_renderer *renderer, const struct dph_fram
     struct dph_frame one = *frame;
     one.nlight = 1;
     draw.frame = &one;
-    struct dph_program *program = dph_draw_program(renderer, "body.vert", NULL, "v_thickness", 1, gpu->vectors, err);
+    struct dph_program *program =
+        dph_draw_program(renderer, "body.vert", NULL, "v_thickness", 1, gpu->vectors, err);
     float *row = program ? dph_alloc(gpu->nvert, sizeof *row) : NULL;
     if (!row)
         return program && dph_fail_memory(err);

@@ -1,7 +1,8 @@
 /* The frame's target: multisampled linear floats, resolved by averaging and read back.
  *
- * Samples are averaged before any tone curve, as light adds up. Nothing is blended while drawing; the background is cleared to zero with
- * alpha 0, so alpha comes out as coverage and colours premultiplied by it. */
+ * Samples are averaged before any tone curve, as light adds up. Nothing is blended while drawing;
+ * the background is cleared to zero with alpha 0, so alpha comes out as coverage and colours
+ * premultiplied by it. */
 #include "render/draw.h"
 
 #include "core/fail.h"
@@ -20,7 +21,8 @@ static GLuint make_buffer(GLenum format, int width, int height, int samples)
     GLuint name;
     glGenRenderbuffers(1, &name);
     glBindRenderbuffer(GL_RENDERBUFFER, name);
-    glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples > 1 ? samples : 0, format, width, height);
+    glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples > 1 ? samples : 0, format, width,
+                                     height);
     return name;
 }
 
@@ -35,17 +37,20 @@ static GLuint make_frame(GLuint color, GLuint depth)
     return name;
 }
 
-bool dph_target_fit(struct dph_target *target, int width, int height, int samples, struct dph_error *err)
+bool dph_target_fit(struct dph_target *target, int width, int height, int samples,
+                    struct dph_error *err)
 {
-    if (target->frame && target->width == width && target->height == height && target->asked == samples)
+    if (target->frame && target->width == width && target->height == height &&
+        target->asked == samples)
         return true;
     dph_target_finish(target);
     GLint largest = 0, most = 1;
     glGetIntegerv(GL_MAX_RENDERBUFFER_SIZE, &largest);
     glGetIntegerv(GL_MAX_SAMPLES, &most);
     if (width > largest || height > largest)
-        return dph_fail(err, DPH_ERROR_CAPABILITY, "a picture of %d x %d pixels: GL has at most %d a side",
-                        width, height, (int)largest);
+        return dph_fail(err, DPH_ERROR_CAPABILITY,
+                        "a picture of %d x %d pixels: GL has at most %d a side", width, height,
+                        (int)largest);
     dph_gl_drain();
     GLenum status = 0;
     for (int n = samples < most ? samples : most; n >= 1; n /= 2) {
@@ -68,8 +73,8 @@ bool dph_target_fit(struct dph_target *target, int width, int height, int sample
         }
         dph_target_finish(target);
     }
-    return dph_fail(err, DPH_ERROR_CAPABILITY, "no float target of %d x %d pixels (status 0x%04x)", width,
-                    height, (unsigned)status);
+    return dph_fail(err, DPH_ERROR_CAPABILITY, "no float target of %d x %d pixels (status 0x%04x)",
+                    width, height, (unsigned)status);
 }
 
 bool dph_target_read(struct dph_target *target, int width, int height, float *pixel, int row_length,

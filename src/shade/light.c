@@ -1,9 +1,11 @@
-/* The per-frame CPU stage of SHSSS: a light and an instance become 36 numbers (Tomaszewska, Stefanowski 2012).
+/* The per-frame CPU stage of SHSSS: a light and an instance become 36 numbers (Tomaszewska,
+ * Stefanowski 2012).
  *
- * A body is baked in its own space, so the light goes there: with A the linear part of the instance's matrix, the direction is A^-1 L, made
- * unit length L_o. One unit of length along L_o is |A L_o| units of the scene and that many times mm_per_unit millimetres. The factor, the
- * scale by which a band is stored and the window are all folded into the values of the harmonics, so that a vertex
- * needs nothing but the dot product. */
+ * A body is baked in its own space, so the light goes there: with A the linear part of the
+ * instance's matrix, the direction is A^-1 L, made unit length L_o. One unit of length along L_o is
+ * |A L_o| units of the scene and that many times mm_per_unit millimetres. The factor, the scale by
+ * which a band is stored and the window are all folded into the values of the harmonics, so that a
+ * vertex needs nothing but the dot product. */
 #include <diaphan/light.h>
 
 #include <math.h>
@@ -35,9 +37,9 @@ static bool normalise(double v[3])
     return true;
 }
 
-/* out = A^-1 v up to a positive factor, for the linear part of a column-major matrix: the rows of the adjugate are cross products of
- * columns. False for a singular matrix. The columns are brought to a common size first, so that tiny and huge scales
- * work alike. */
+/* out = A^-1 v up to a positive factor, for the linear part of a column-major matrix: the rows of
+ * the adjugate are cross products of columns. False for a singular matrix. The columns are brought
+ * to a common size first, so that tiny and huge scales work alike. */
 static bool solve(const float matrix[16], const double v[3], double out[3])
 {
     double column[3][3], largest = 0;

@@ -1,17 +1,22 @@
 /* Homogeneous scattering media: the published ones, what follows from them, and the curve T(d).
  *
- * Measured media: H. W. Jensen, S. Marschner, M. Levoy, P. Hanrahan, "A practical model for subsurface light transport", SIGGRAPH 2001,
- * table of section 5: reduced scattering and absorption in 1/mm. "wax" is this project's own choice: no measured values that
- * could be trusted were found.
+ * Measured media: H. W. Jensen, S. Marschner, M. Levoy, P. Hanrahan, "A practical model for
+ * subsurface light transport", SIGGRAPH 2001, table of section 5: reduced scattering and absorption
+ * in 1/mm. "wax" is this project's own choice: no measured values that could be trusted were found.
  *
- * With the reduced scattering s' = (1 - g) s, the reduced extinction t' = s' + a and the albedo s' / t':
+ * With the reduced scattering s' = (1 - g) s, the reduced extinction t' = s' + a and the albedo s'
+ * / t':
  *
  *   effective transport   str = sqrt(3 a t')
- *   diffuse reflectance   Rd  = albedo / 2 (1 + exp(-4/3 A q)) exp(-q),  q = sqrt(3 (1 - albedo)),  A = 1 (index matched)    (same paper)
- *   slab                  T(d) = sinh(str (zr + ze)) / sinh(str (d + 2 ze)),  zr = 1 / t',  ze = 2 / (3 t')
+ *   diffuse reflectance   Rd = albedo / 2 (1 + exp(-4/3 q)) exp(-q),  q = sqrt(3 (1 - albedo))
+ *                         (same paper, A = 1: index matched)
+ *   slab                  T(d) = sinh(str (zr + ze)) / sinh(str (d + 2 ze)),
+ *                         zr = 1 / t',  ze = 2 / (3 t')
  *
- * T is the diffuse transmittance of a slab lit by a source one mean free path deep, with extrapolated boundaries: the standard solution of
- * the diffusion equation. It exceeds 1 where d < zr - ze, where diffusion does not hold; there it is capped. */
+ * T is the diffuse transmittance of a slab lit by a source one mean free path deep, with
+ * extrapolated boundaries: the standard solution of the diffusion equation. It exceeds 1 where d <
+ * zr - ze, where diffusion does not hold; there it is capped. */
+#define _XOPEN_SOURCE 700
 #include <diaphan/material.h>
 
 #include "shade/material_json.h"
@@ -22,14 +27,15 @@
 #include <stdio.h>
 #include <string.h>
 #include <strings.h>
+#include <unistd.h>
 
 #define PI 3.14159265358979323846
 #define DERIVED {NAN, NAN, NAN}
-#define PRESET(name_, s0, s1, s2, a0, a1, a2, ior_)                                                 \
-    {                                                                                               \
-        .name = name_, .scattering = {s0, s1, s2}, .absorption = {a0, a1, a2}, .ior = ior_,         \
-        .sigma = DERIVED, .base = DERIVED, .front = DERIVED, .back = DERIVED, .shininess = 40,      \
-        .rim_power = 3                                                                              \
+#define PRESET(name_, s0, s1, s2, a0, a1, a2, ior_)                                            \
+    {                                                                                          \
+        .name = name_, .scattering = {s0, s1, s2}, .absorption = {a0, a1, a2}, .ior = ior_,    \
+        .sigma = DERIVED, .base = DERIVED, .front = DERIVED, .back = DERIVED, .shininess = 40, \
+        .rim_power = 3                                                                         \
     }
 
 static const struct dph_material presets[] = {
@@ -53,7 +59,8 @@ const struct dph_material *dph_material_preset(size_t i)
     return i < sizeof presets / sizeof *presets ? &presets[i] : NULL;
 }
 
-bool dph_material_load(const char *name_or_path, struct dph_material *material, struct dph_error *err)
+bool dph_material_load(const char *name_or_path, struct dph_material *material,
+                       struct dph_error *err)
 {
     const struct dph_material *preset;
     for (size_t i = 0; (preset = dph_material_preset(i)); i++)
@@ -63,16 +70,15 @@ bool dph_material_load(const char *name_or_path, struct dph_material *material, 
         }
     /* What looks like a file is one; anything else that cannot be opened is a misspelt name. */
     bool file = strchr(name_or_path, '/') || strchr(name_or_path, '.');
-    FILE *probe = file ? NULL : fopen(name_or_path, "rb");
-    if (!file && !probe) {
+    if (!file && access(name_or_path, F_OK)) {
         char list[256] = "";
         for (size_t i = 0, at = 0; (preset = dph_material_preset(i)) && at < sizeof list; i++)
-            at += (size_t)snprintf(list + at, sizeof list - at, "%s%s", i ? ", " : "", preset->name);
+            at += (size_t)snprintf(list + at, sizeof list - at, "%s%s", i ? ", " : "",
+                                   preset->name);
         return dph_fail(err, DPH_ERROR_ARGUMENT,
-                        "unknown material '%.60s': neither a file nor one of %s", name_or_path, list);
+                        "unknown material '%.60s': neither a file nor one of %s", name_or_path,
+                        list);
     }
-    if (probe)
-        fclose(probe);
     struct dph_material base = presets[0];
     base.ior = 1.3;
     base.anisotropy = 0;
@@ -123,11 +129,13 @@ void dph_material_constants(const struct dph_material *material, struct dph_mate
     for (int c = 0; c < 3; c++) {
         double albedo = medium.reflectance[c];
         if (material->curve == DPH_CURVE_EXP)
-            out->rate[c] = (float)(isnan(material->sigma[c]) ? medium.transport[c] : material->sigma[c]);
+            out->rate[c] =
+                (float)(isnan(material->sigma[c]) ? medium.transport[c] : material->sigma[c]);
         else
             slab_constants(medium.reduced_scattering[c] + material->absorption[c],
                            medium.transport[c], out, c);
-        /* The factors of formula G are rounded medians of fits to random walks in 24 cases (docs/theory.md). */
+        /* The factors of formula G are rounded medians of fits to random walks in 24 cases
+         * (docs/theory.md). */
         double base = (paper ? 1 : .25) * albedo / PI, front = (paper ? 1 : .6) * albedo / PI;
         double back = paper ? 0 : .7 / PI;
         out->base[c] = (float)(isnan(material->base[c]) ? base : material->base[c]);
@@ -144,15 +152,17 @@ void dph_material_constants(const struct dph_material *material, struct dph_mate
     out->ambient = (float)material->ambient;
 }
 
-double dph_material_transmittance(const struct dph_material_constants *constants, int channel, double d)
+double dph_material_transmittance(const struct dph_material_constants *constants, int channel,
+                                  double d)
 {
     double rate = (double)constants->rate[channel];
     d = fmax(d, 0);
     if (constants->curve == DPH_CURVE_EXP)
         return exp(-rate * d);
-    /* rate / sinh(rate w), by its series where the exponentials would cancel, and without overflow where they are large */
+    /* rate / sinh(rate w), by its series where the exponentials would cancel, and without overflow
+     * where they are large */
     double w = d + (double)constants->offset[channel], x = rate * w, x2 = x * x;
-    double inverse = x < .25 ? 1 / (w * (1 + x2 / 6 * (1 + x2 / 20)))
-                             : 2 * rate * exp(-x) / (1 - exp(-2 * x));
+    double inverse =
+        x < .25 ? 1 / (w * (1 + x2 / 6 * (1 + x2 / 20))) : 2 * rate * exp(-x) / (1 - exp(-2 * x));
     return fmin(1, (double)constants->numerator[channel] * inverse);
 }

@@ -1,6 +1,8 @@
-/* Material files: one JSON object of scattering coefficients and drawing parameters, as material.h lists them.
+/* Material files: one JSON object of scattering coefficients and drawing parameters, as material.h
+ * lists them.
  *
- * The keys are a table, so that checking, reading and the message about an unknown key cannot drift apart. */
+ * The keys are a table, so that checking, reading and the message about an unknown key cannot drift
+ * apart. */
 #include "shade/material_json.h"
 
 #include "core/fail.h"
@@ -12,7 +14,8 @@
 #include <stdio.h>
 #include <string.h>
 
-/* What a key holds and where its value goes in struct dph_material. Values lie in [low, high], or beyond low strictly if `open`. */
+/* What a key holds and where its value goes in struct dph_material. Values lie in [low, high], or
+ * beyond low strictly if `open`. */
 struct key {
     const char *name;
     enum { NUMBER, TRIPLE, TEXT, FORMULA, CURVE } kind;
@@ -50,10 +53,11 @@ static const char *show(const json_t *value, char text[32])
     else if (json_is_string(value))
         snprintf(text, 32, "\"%.24s\"", json_string_value(value));
     else
-        snprintf(text, 32, "%s", json_is_array(value)    ? "an array"
-                                 : json_is_object(value) ? "an object"
-                                 : json_is_null(value)   ? "null"
-                                                         : "a truth value");
+        snprintf(text, 32, "%s",
+                 json_is_array(value)    ? "an array"
+                 : json_is_object(value) ? "an object"
+                 : json_is_null(value)   ? "null"
+                                         : "a truth value");
     return text;
 }
 
@@ -110,8 +114,8 @@ static bool read_key(const struct key *key, const json_t *value, struct dph_mate
         return true;
     case TEXT:
         if (!json_is_string(value))
-            return dph_fail(err, DPH_ERROR_INPUT, "%s: %s: %s where text is wanted", path, key->name,
-                            show(value, text));
+            return dph_fail(err, DPH_ERROR_INPUT, "%s: %s: %s where text is wanted", path,
+                            key->name, show(value, text));
         snprintf(out, sizeof material->name, "%.63s", json_string_value(value));
         return true;
     case FORMULA:
@@ -135,7 +139,8 @@ static bool read_object(json_t *root, struct dph_material *material, const char 
         return dph_fail(err, DPH_ERROR_INPUT, "%s: line 1: a material is a JSON object", path);
     const char *name;
     json_t *value;
-    json_object_foreach(root, name, value) {
+    json_object_foreach(root, name, value)
+    {
         size_t i = 0;
         while (i < KEYS && strcmp(keys[i].name, name))
             i++;
