@@ -296,6 +296,21 @@ static void test_meshopt(void **state)
     }
 }
 
+/* A codec version that is not known is refused, unless the uncompressed copy is in the file. */
+static void test_fallback(void **state)
+{
+    (void)state;
+    char *json = maker_json(maker_tetra_json, "'byteOffset':0,'byteLength':48",
+                            "'byteLength':48,'extensions':{'KHR_meshopt_compression':{'buffer':0,'byteOffset':96,"
+                            "'byteLength':4,'byteStride':12,'count':4,'mode':'ATTRIBUTES'}}");
+    struct maker_tetra bin = maker_tetra;
+    bin.thickness[3][0] = (int8_t)0xa1;
+    struct dph_scene *scene = must_load(json, &bin, sizeof bin);
+    assert_memory_equal(scene->body->mesh.position, bin.position, 48);
+    dph_scene_destroy(scene);
+    free(json);
+}
+
 /* Transforms: a quarter turn about z, a scale and a matrix above; skins and EXT_mesh_gpu_instancing. */
 static void test_nodes(void **state)
 {
@@ -423,6 +438,7 @@ int main(void)
         cmocka_unit_test(test_models),   cmocka_unit_test(test_tetra),
         cmocka_unit_test(test_modes),    cmocka_unit_test(test_quantized),
         cmocka_unit_test(test_sparse),   cmocka_unit_test(test_meshopt),
+        cmocka_unit_test(test_fallback),
         cmocka_unit_test(test_nodes),    cmocka_unit_test(test_thickness_of_tools),
         cmocka_unit_test(test_files),
     };

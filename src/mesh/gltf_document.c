@@ -405,14 +405,18 @@ bool dph_gltf_view(struct dph_document *doc, size_t i, const char *place,
                              "refers to buffers[%zu], the file has %zu", buffer, doc->nbuffer);
     const json_t *packed =
         dph_gltf_extension(object, "EXT_meshopt_compression", "KHR_meshopt_compression");
-    if (packed) {
-        if (!doc->decoded[i] &&
-            !dph_gltf_meshopt(doc, packed, view->size, own, &doc->decoded[i], err))
-            return false;
-        view->data = doc->decoded[i];
-        return true;
-    }
     const struct dph_gltf_buffer *bytes = &doc->buffer[buffer];
+    if (packed) {
+        struct dph_error why = {0};
+        if (doc->decoded[i] ||
+            dph_gltf_meshopt(doc, packed, view->size, own, &doc->decoded[i], &why)) {
+            view->data = doc->decoded[i];
+            return true;
+        }
+        /* the uncompressed copy may be there for readers like this one */
+        if (why.code != DPH_ERROR_UNSUPPORTED || !bytes->data)
+            return dph_fail(err, why.code, "%s", why.message);
+    }
     if (offset > bytes->size || view->size > bytes->size - offset)
         return dph_gltf_fail(doc, own, DPH_ERROR_INPUT, err,
                              "ends at byte %zu, buffers[%zu] has %zu", offset + view->size, buffer,

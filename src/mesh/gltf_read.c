@@ -41,11 +41,6 @@ struct reader {
 
 /* ---- extensions ---- */
 
-static bool begins(const char *text, const char *with)
-{
-    return !strncmp(text, with, strlen(with));
-}
-
 /* Whether a required extension leaves geometry as this reader understands it. */
 static bool harmless(const char *name)
 {
@@ -55,19 +50,16 @@ static bool harmless(const char *name)
         "KHR_node_visibility", "KHR_node_hoverability", "KHR_node_selectability",
         "KHR_interactivity", "KHR_animation_pointer", "KHR_xmp_json_ld", "KHR_xmp",
         "KHR_techniques_webgl", "MSFT_lod", "MSFT_packing_normalRoughnessMetallic",
-        "MSFT_packing_occlusionRoughnessMetallic", "EXT_structural_metadata", "EXT_mesh_features",
-        "EXT_instance_features", "CESIUM_primitive_outline", "AGI_articulations",
-        "AGI_stk_metadata", "ADOBE_materials_clearcoat_specular", NULL};
-    /* materials, textures, lights, sounds and physics */
-    static const char *const family[] = {"KHR_materials_", "EXT_materials_", "KHR_texture_",
-                                         "EXT_texture_", "MSFT_texture_", "KHR_lights_",
-                                         "EXT_lights_", "KHR_audio_", "KHR_physics_",
-                                         "KHR_collision_", "KHR_implicit_", "VRM", NULL};
+        "MSFT_packing_occlusionRoughnessMetallic", "EXT_mesh_features", "EXT_instance_features",
+        "CESIUM_primitive_outline", "AGI_articulations", NULL};
+    /* materials, textures, lights, sounds and physics, of whatever vendor */
+    static const char *const family[] = {"_materials_", "_material_", "_texture", "_lights_", "_audio_",
+                                         "_physics_", "_collision_", "_metadata", "VRM", NULL};
     for (int i = 0; known[i]; i++)
         if (!strcmp(name, known[i]))
             return true;
     for (int i = 0; family[i]; i++)
-        if (begins(name, family[i]))
+        if (strstr(name, family[i]))
             return true;
     return false;
 }

@@ -1,6 +1,6 @@
 // validate.mjs REWRITE MODELS... - every file that Diaphan writes passes the Khronos glTF validator with no error that its input
-// did not have. REWRITE is the test's own program; with the word "bake" behind a path it is the tool. Exit code 77: the validator is not
-// installed (npm ci in this folder).
+// did not have. REWRITE is the test's own program, which adds thickness by a formula: what is tested is the file, not the bake. Exit code
+// 77: the validator is not installed (npm ci in this folder).
 import { execFileSync } from 'node:child_process';
 import fs from 'node:fs';
 import os from 'node:os';
@@ -77,6 +77,40 @@ async function check(name, input, output) {
         }
     }
 }
+
+// A document in pieces: three buffers of which one is missing, a picture, primitives that share their vertices, extras of every kind.
+function makeAwkward(at, missing) {
+    const floats = new Float32Array([0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1]);
+    const indices = new Uint16Array([0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3]);
+    const pixel = 'iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg==';
+    fs.mkdirSync(at);
+    fs.writeFileSync(path.join(at, 'a.bin'), Buffer.concat([Buffer.from(floats.buffer), Buffer.from(indices.buffer)]));
+    fs.writeFileSync(path.join(at, 'b b.bin'), Buffer.from(floats.buffer));
+    fs.writeFileSync(path.join(at, 'p.png'), Buffer.from(pixel, 'base64'));
+    const buffers = [{ byteLength: 72, uri: 'a.bin' }, { byteLength: 48, uri: 'b%20b.bin' }];
+    if (missing)
+        buffers.unshift({ byteLength: 7, uri: 'missing.bin' });
+    const first = missing ? 1 : 0;
+    const position = { componentType: 5126, count: 4, type: 'VEC3', min: [0, 0, 0], max: [1, 1, 1] };
+    const document = {
+        asset: { version: '2.0' }, scene: 0, scenes: [{ nodes: [0, 1] }], nodes: [{ mesh: 0 }, { mesh: 0, scale: [1, -2, 1] }],
+        meshes: [{ primitives: [
+            { attributes: { POSITION: 0 }, indices: 2, material: 0, extras: 'text' },
+            { attributes: { POSITION: 0 }, indices: 2, mode: 5 },
+            { attributes: { POSITION: 1 }, indices: 2, extras: { diaphan: 3 } }] }],
+        materials: [{ pbrMetallicRoughness: { baseColorTexture: { index: 0 } } }], textures: [{ source: 0 }, { source: 1 }],
+        images: [{ uri: 'p.png' }, { uri: 'p.png' }],
+        accessors: [{ bufferView: 0, ...position }, { bufferView: 1, ...position },
+            { bufferView: 2, componentType: 5123, count: 12, type: 'SCALAR' }],
+        bufferViews: [{ buffer: first, byteLength: 48, target: 34962 }, { buffer: first + 1, byteLength: 48, target: 34962 },
+            { buffer: first, byteOffset: 48, byteLength: 24, target: 34963 }],
+        buffers,
+    };
+    fs.writeFileSync(path.join(at, 'in.gltf'), JSON.stringify(document));
+}
+makeAwkward(path.join(folder, 'pieces'), false);
+makeAwkward(path.join(folder, 'missing'), true);
+roots.push(path.join(folder, 'pieces'), path.join(folder, 'missing'));
 
 const stores = [['6', 'snorm8'], ['5', 'snorm16'], ['8', 'float']];
 for (const root of roots)
