@@ -204,11 +204,13 @@ struct dph_sweep_scratch *dph_sweep_scratch_create(const struct dph_sweep *sweep
     scratch->position_of = dph_alloc(slots, sizeof *scratch->position_of);
     scratch->plus = dph_alloc_aligned(slots, sizeof(float));
     scratch->minus = dph_alloc_aligned(slots, sizeof(float));
+    scratch->nearest_plus = dph_alloc_aligned(slots, sizeof(float));
+    scratch->nearest_minus = dph_alloc_aligned(slots, sizeof(float));
     scratch->balance = dph_alloc_aligned(slots, sizeof *scratch->balance);
     scratch->block = dph_alloc_aligned(1, sweep->kernel->block_size);
     if (!scratch->rotated || !scratch->cell || !scratch->start || !scratch->sx || !scratch->sy ||
         !scratch->sz || !scratch->position_of || !scratch->plus || !scratch->minus ||
-        !scratch->balance || !scratch->block)
+        !scratch->nearest_plus || !scratch->nearest_minus || !scratch->balance || !scratch->block)
         goto error;
     memset(scratch->sx, 0, slots * sizeof(float));
     memset(scratch->sy, 0, slots * sizeof(float));
@@ -233,6 +235,8 @@ void dph_sweep_scratch_destroy(struct dph_sweep_scratch *scratch)
     free(scratch->position_of);
     free(scratch->plus);
     free(scratch->minus);
+    free(scratch->nearest_plus);
+    free(scratch->nearest_minus);
     free(scratch->balance);
     free(scratch->block);
     free(scratch);
@@ -254,11 +258,13 @@ static struct dph_sweep_frame make_frame(const double w[3])
 static size_t cross(const struct dph_sweep *sweep, struct dph_sweep_scratch *scratch,
                     const struct dph_sweep_frame *frame, enum dph_definition definition)
 {
-    float begin = definition == DPH_THICKNESS_FIRST ? INFINITY : 0;
     size_t slots = sweep->padded + 8;
-    for (size_t s = 0; s < slots; s++)
-        scratch->plus[s] = scratch->minus[s] = begin;
     memset(scratch->balance, 0, slots * sizeof *scratch->balance);
+    memset(scratch->plus, 0, slots * sizeof *scratch->plus);
+    memset(scratch->minus, 0, slots * sizeof *scratch->minus);
+    if (definition == DPH_THICKNESS_FIRST || scratch->careful)
+        for (size_t s = 0; s < slots; s++)
+            scratch->nearest_plus[s] = scratch->nearest_minus[s] = INFINITY;
     sweep->kernel->cross(sweep, scratch, frame, definition);
     return sweep->kernel->finish(sweep, scratch, definition);
 }
@@ -274,6 +280,10 @@ size_t dph_sweep_run(const struct dph_sweep *sweep, struct dph_sweep_scratch *sc
     sweep->kernel->project(sweep, scratch, &frame);
 
     size_t bad = cross(sweep, scratch, &frame, definition);
+    if (bad && definition != DPH_THICKNESS_FIRST && !scratch->careful) {
+        scratch->careful = true; /* from now on; a closed mesh never pays for it */
+        bad = cross(sweep, scratch, &frame, definition);
+    }
     for (size_t s = 0; s < npos; s++) {
         size_t p = scratch->position_of[s];
         plus[p] = scratch->plus[s];
@@ -285,16 +295,5 @@ size_t dph_sweep_run(const struct dph_sweep *sweep, struct dph_sweep_scratch *sc
         bad_plus[scratch->position_of[s]] = scratch->balance[s] & 1;
     for (size_t s = 0; bad_minus && s < npos; s++)
         bad_minus[scratch->position_of[s]] = scratch->balance[s] >> 1 & 1;
-
-    if (bad && definition != DPH_THICKNESS_FIRST) {
-        cross(sweep, scratch, &frame, DPH_THICKNESS_FIRST);
-        for (size_t s = 0; s < npos; s++) {
-            size_t p = scratch->position_of[s];
-            if (scratch->balance[s] & 1)
-                plus[p] = scratch->plus[s];
-            if (scratch->balance[s] & 2)
-                minus[p] = scratch->minus[s];
-        }
-    }
     return bad;
 }

@@ -31,12 +31,7 @@ struct dph_sweep_block {
     int32_t odd[BLOCK];                    /* -1 where sorting by y turned the corners' order, else 0 */
     int32_t steep[BLOCK];                  /* -1 where depth needs double precision, else 0         */
     int32_t column0[BLOCK], column1[BLOCK], row0[BLOCK], row1[BLOCK]; /* cells that the box covers  */
-    /* Up to eight neighbouring slots to be tested against one triangle. */
-    struct item {
-        uint32_t slot;
-        uint16_t triangle;
-        uint16_t count; /* may be more than eight: the next item has the rest */
-    } item[ITEMS];
+    uint64_t item[ITEMS];                  /* see pack_item                                         */
     /* Items with a crossing: bit i for slot + i. */
     struct hit {
         uint32_t slot;
@@ -245,6 +240,12 @@ static inline void prepare(struct dph_sweep_block *block, int i, const float *ro
     store_i8(block->row1 + i, __builtin_convertvector((c[1] - grid->bottom) * grid->per_y, dph_i8));
 }
 
+/* Neighbouring slots to be tested against a triangle, the first eight of them. */
+static inline uint64_t pack_item(uint32_t slot, int triangle, uint32_t count)
+{
+    return slot | (uint64_t)triangle << 32 | (uint64_t)count << 48;
+}
+
 /* Finds which items have a crossing. Returns their number.
  * Of a triangle's own corners, which must not count, only mid can be covered, or lo where both are equally high (add_hits looks
  * after that): hi is out of range, and lo is on both of its edges, hence left of none. */
@@ -252,20 +253,21 @@ static int find_hits(struct dph_sweep_block *block, const struct dph_sweep_scrat
 {
     int hits = 0;
     for (int n = 0; n < items; n++) {
-        struct item item = block->item[n];
-        int t = item.triangle;
-        dph_f8 px = dph_f8_load(scratch->sx + item.slot), py = dph_f8_load(scratch->sy + item.slot);
+        uint64_t item = block->item[n];
+        uint32_t slot = (uint32_t)item;
+        int t = (int)(item >> 32 & 0xffff), count = (int)(item >> 48);
+        dph_f8 px = dph_f8_load(scratch->sx + slot), py = dph_f8_load(scratch->sy + slot);
         dph_f8 x0 = px - block->x0[t], y0 = py - block->y0[t];
         dph_f8 x1 = px - block->x1[t], y1 = py - block->y1[t];
         dph_i8 left_long = block->dx02[t] * y0 - block->dy02[t] * x0 > 0;
         dph_f8 lower = block->dx01[t] * y0 - block->dy01[t] * x0;
         dph_f8 upper = block->dx12[t] * y1 - block->dy12[t] * x1;
         dph_i8 left_short = dph_f8_select(py < block->y1[t], lower, upper) > 0;
-        dph_i8 in_range = (py >= block->y0[t]) & (py < block->y2[t]) & (lanes < (int)item.count) &
-                          (lanes != block->slot1[t] - (int)item.slot);
+        dph_i8 in_range = (py >= block->y0[t]) & (py < block->y2[t]) & (lanes < count) &
+                          (lanes != block->slot1[t] - (int)slot);
         unsigned covered = bits_of((left_long ^ left_short) & in_range);
         unsigned leaves = bits_of(left_short ^ dph_i8_set(block->odd[t]));
-        block->hit[hits] = (struct hit){item.slot, item.triangle, (uint8_t)covered, (uint8_t)leaves};
+        block->hit[hits] = (struct hit){slot, (uint16_t)t, (uint8_t)covered, (uint8_t)leaves};
         hits += covered != 0;
     }
     return hits;
@@ -304,6 +306,18 @@ static float steep_depth(const struct dph_sweep *sweep, const struct dph_sweep_s
     return dz <= high ? dz : high;
 }
 
+/* Keeps the nearest crossing on either side, its last bit telling an exit from an entry. */
+static inline void keep_nearest(float *plus, float *minus, dph_f8 dz, dph_i8 ahead, dph_i8 behind,
+                                dph_i8 leaves)
+{
+    dph_i8 key = (dph_i8)dz & 0x7ffffffe;
+    dph_f8 key_ahead = (dph_f8)(key | (leaves & 1)), key_behind = (dph_f8)(key | (~leaves & 1));
+    dph_f8 nearest = dph_f8_load(plus);
+    dph_f8_store(plus, dph_f8_select(ahead & (key_ahead < nearest), key_ahead, nearest));
+    nearest = dph_f8_load(minus);
+    dph_f8_store(minus, dph_f8_select(behind & (key_behind < nearest), key_behind, nearest));
+}
+
 /* Adds the crossings of `hits` to the slots' sums. */
 static void add_hits(const struct dph_sweep *sweep, struct dph_sweep_scratch *scratch,
                      const struct dph_sweep_frame *frame, enum dph_definition definition, int hits)
@@ -329,17 +343,15 @@ static void add_hits(const struct dph_sweep *sweep, struct dph_sweep_scratch *sc
         dph_i8 balance = load_i8(scratch->balance + s);
         balance += (sign & ahead) - ((sign & behind) << 16);
         store_i8(scratch->balance + s, balance);
+        if (definition == DPH_THICKNESS_FIRST || scratch->careful)
+            keep_nearest(scratch->nearest_plus + s, scratch->nearest_minus + s, dz, ahead, behind, leaves);
+        if (definition == DPH_THICKNESS_FIRST)
+            continue;
         dph_f8 plus = dph_f8_load(scratch->plus + s), minus = dph_f8_load(scratch->minus + s);
         if (definition == DPH_THICKNESS_INSIDE) {
             dph_f8 length = (dph_f8)((dph_i8)dz ^ (~leaves & INT32_MIN));
             plus += dph_f8_and(length, ahead);
             minus += dph_f8_and(length, behind);
-        } else if (definition == DPH_THICKNESS_FIRST) {
-            /* the nearest crossing's distance, its last bit telling an exit from an entry */
-            dph_i8 key = (dph_i8)dz & 0x7ffffffe;
-            dph_f8 key_ahead = (dph_f8)(key | (leaves & 1)), key_behind = (dph_f8)(key | (~leaves & 1));
-            plus = dph_f8_select(ahead & (key_ahead < plus), key_ahead, plus);
-            minus = dph_f8_select(behind & (key_behind < minus), key_behind, minus);
         } else {
             dph_f8 distance = abs8(dz);
             plus = dph_f8_select(ahead & leaves & (distance > plus), distance, plus);
@@ -380,56 +392,37 @@ static inline void clip_to_rows(const struct dph_sweep_block *block, const struc
     store_i8(column1, __builtin_convertvector(max8(to, dph_f8_set(-1)), dph_i8));
 }
 
-/* Adds the slots begin .. end - 1 to the list, eight an item, and tests the list when it is full. Returns its new length. */
-static inline int list_run(const struct dph_sweep *sweep, struct dph_sweep_scratch *scratch,
-                           const struct dph_sweep_frame *frame, enum dph_definition definition,
-                           int t, uint32_t begin, uint32_t end, int items)
+/* Tests the items and adds what they hit. */
+static void test_items(const struct dph_sweep *sweep, struct dph_sweep_scratch *scratch,
+                       const struct dph_sweep_frame *frame, enum dph_definition definition, int items)
 {
-    for (; begin < end; begin += 8) {
-        uint32_t slots = end - begin < 8 ? end - begin : 8;
-        scratch->block->item[items++] = (struct item){begin, (uint16_t)t, (uint16_t)slots};
-        if (items == ITEMS) {
-            add_hits(sweep, scratch, frame, definition, find_hits(scratch->block, scratch, items));
-            items = 0;
-        }
-    }
-    return items;
+    add_hits(sweep, scratch, frame, definition, find_hits(scratch->block, scratch, items));
 }
 
-/* Lists the runs of slots that triangle t covers, a run a row of cells. Returns the list's new length. */
-static int list_items(const struct dph_sweep *sweep, struct dph_sweep_scratch *scratch,
-                      const struct dph_sweep_frame *frame, enum dph_definition definition, int t,
-                      int items)
+/* Lists the runs of slots that a large triangle covers, and tests the list whenever it is full. Returns its new length. */
+static __attribute__((noinline)) int list_large(const struct dph_sweep *sweep,
+                                                struct dph_sweep_scratch *scratch,
+                                                const struct dph_sweep_frame *frame,
+                                                enum dph_definition definition, int t, int items)
 {
     struct dph_sweep_block *block = scratch->block;
-    const struct dph_sweep_grid *grid = &scratch->grid;
-    size_t columns = (size_t)grid->columns;
-    int row0 = block->row0[t], rows = block->row1[t] - row0 + 1;
-    const uint32_t *start = scratch->start + (size_t)row0 * columns;
-    if (rows <= DPH_SWEEP_ROWS) {
-        /* Nearly always: write what could be wanted, count what is, and there is no branch to be guessed wrong. */
-        const uint32_t *begin = start + block->column0[t], *end = start + block->column1[t] + 1;
-        struct item *item = block->item + items;
-        int count = 0;
-        uint32_t longest = 0;
-        for (int row = 0; row < DPH_SWEEP_ROWS; row++, begin += columns, end += columns) {
-            uint32_t slots = row < rows ? *end - *begin : 0;
-            item[count] = (struct item){*begin, (uint16_t)t, (uint16_t)slots};
-            count += slots != 0;
-            item[count] = (struct item){*begin + 8, (uint16_t)t, (uint16_t)(slots - 8)};
-            count += slots > 8;
-            longest = slots > longest ? slots : longest;
-        }
-        if (longest <= 16)
-            return items + count;
-    }
+    size_t columns = (size_t)scratch->grid.columns;
+    const uint32_t *start = scratch->start + (size_t)block->row0[t] * columns;
+    int rows = block->row1[t] - block->row0[t] + 1;
     for (int row = 0; row < rows; row += 8) {
         int32_t column0[8], column1[8];
-        clip_to_rows(block, grid, t, row0 + row, column0, column1);
+        clip_to_rows(block, &scratch->grid, t, block->row0[t] + row, column0, column1);
         int lasts = rows - row < 8 ? rows - row : 8;
-        for (int i = 0; i < lasts; i++, start += columns)
-            items = list_run(sweep, scratch, frame, definition, t, start[column0[i]],
-                             start[column1[i] + 1], items);
+        for (int i = 0; i < lasts; i++, start += columns) {
+            uint32_t end = start[column1[i] + 1];
+            for (uint32_t slot = start[column0[i]]; slot < end; slot += 8) {
+                block->item[items++] = pack_item(slot, t, end - slot < 8 ? end - slot : 8);
+                if (items == ITEMS) {
+                    test_items(sweep, scratch, frame, definition, items);
+                    items = 0;
+                }
+            }
+        }
     }
     return items;
 }
@@ -439,45 +432,71 @@ static void cross(const struct dph_sweep *sweep, struct dph_sweep_scratch *scrat
                   const struct dph_sweep_frame *frame, enum dph_definition definition)
 {
     struct dph_sweep_block *block = scratch->block;
+    size_t columns = (size_t)scratch->grid.columns;
     for (size_t first = 0; first < sweep->ntri; first += BLOCK) {
         int count = sweep->ntri - first < BLOCK ? (int)(sweep->ntri - first) : BLOCK;
         for (int i = 0; i < count; i += 8)
             prepare(block, i, scratch->rotated, sweep->corner + 3 * (first + (size_t)i), &scratch->grid);
         int items = 0;
         for (int t = 0; t < count; t++) {
-            items = list_items(sweep, scratch, frame, definition, t, items);
+            /* A run a row of cells. Nearly always there are few rows and short runs: write what could be wanted, count what is, and
+             * there is no branch to be guessed wrong. */
+            const uint32_t *row = scratch->start + (size_t)block->row0[t] * columns;
+            size_t from = (size_t)block->column0[t], to = (size_t)block->column1[t] + 1;
+            uint32_t rows = (uint32_t)(block->row1[t] - block->row0[t]) + 1, longest = 0;
+            uint64_t *item = block->item + items, *end = item;
+            for (uint32_t r = 0; r < DPH_SWEEP_ROWS; r++, row += columns) {
+                uint32_t slot = row[from], slots = (row[to] - slot) & -(uint32_t)(r < rows);
+                *end = pack_item(slot, t, slots & 0xffff);
+                end += slots != 0;
+                *end = pack_item(slot + 8, t, (slots - 8) & 0xffff);
+                end += slots > 8;
+                longest = slots > longest ? slots : longest;
+            }
+            if (rows <= DPH_SWEEP_ROWS && longest <= 16)
+                items += (int)(end - item);
+            else
+                items = list_large(sweep, scratch, frame, definition, t, items);
             if (items > ITEMS - 2 * DPH_SWEEP_ROWS) {
-                add_hits(sweep, scratch, frame, definition, find_hits(block, scratch, items));
+                test_items(sweep, scratch, frame, definition, items);
                 items = 0;
             }
         }
-        add_hits(sweep, scratch, frame, definition, find_hits(block, scratch, items));
+        test_items(sweep, scratch, frame, definition, items);
     }
 }
 
-/* Sums into lengths, in place, in the unit of the input; `balance` into flags: 1 bad along +d, 2 bad along -d. */
+/* The length that the key of a nearest crossing stands for: 0 where that is an entry, or where there is none. */
+static inline dph_f8 first_exit(const float *key)
+{
+    dph_f8 nearest = dph_f8_load(key);
+    return dph_f8_and(nearest, -((dph_i8)nearest & 1));
+}
+
+/* Sums into lengths in the unit of the input, in plus and minus, and `balance` into flags: 1 bad along +d, 2 bad along -d. Returns the
+ * number of bad values. */
 static size_t finish(const struct dph_sweep *sweep, struct dph_sweep_scratch *scratch,
                      enum dph_definition definition)
 {
     float unit = (float)sweep->unit;
+    bool nearest = definition == DPH_THICKNESS_FIRST;
     dph_i8 bad = dph_i8_set(0);
     for (size_t s = 0; s < sweep->npos; s += 8) {
-        dph_f8 plus = dph_f8_load(scratch->plus + s), minus = dph_f8_load(scratch->minus + s);
-        if (definition == DPH_THICKNESS_FIRST) {
-            plus = dph_f8_and(plus, -((dph_i8)plus & 1));
-            minus = dph_f8_and(minus, -((dph_i8)minus & 1));
-        } else { /* a ray that leaves at once may round below 0 */
-            plus = max8(plus, dph_f8_set(0));
-            minus = max8(minus, dph_f8_set(0));
-        }
-        dph_f8_store(scratch->plus + s, plus * unit);
-        dph_f8_store(scratch->minus + s, minus * unit);
         /* b = behind * 65536 + ahead, ahead from -32768 to 32767 */
         dph_i8 both = load_i8(scratch->balance + s);
         dph_i8 ahead = both << 16 >> 16, behind = (both - ahead) >> 16;
-        dph_i8 flags = (((ahead & ~1) != 0) & 1) | (((behind & ~1) != 0) & 2);
-        store_i8(scratch->balance + s, flags);
-        bad += (flags & 1) + (flags >> 1);
+        dph_i8 bad_ahead = (ahead & ~1) != 0, bad_behind = (behind & ~1) != 0;
+        store_i8(scratch->balance + s, (bad_ahead & 1) | (bad_behind & 2));
+        bad -= bad_ahead + bad_behind;
+        /* a ray that leaves at once may round below 0 */
+        dph_f8 plus = max8(dph_f8_load(scratch->plus + s), dph_f8_set(0));
+        dph_f8 minus = max8(dph_f8_load(scratch->minus + s), dph_f8_set(0));
+        if (nearest || scratch->careful) {
+            plus = dph_f8_select(bad_ahead | -(int)nearest, first_exit(scratch->nearest_plus + s), plus);
+            minus = dph_f8_select(bad_behind | -(int)nearest, first_exit(scratch->nearest_minus + s), minus);
+        }
+        dph_f8_store(scratch->plus + s, plus * unit);
+        dph_f8_store(scratch->minus + s, minus * unit);
     }
     size_t count = 0;
     for (int i = 0; i < 8; i++)

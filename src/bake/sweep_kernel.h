@@ -18,8 +18,8 @@ struct dph_sweep {
 
 /* The grid: cells a position over the projected positions' box (a third of which is empty), and how much taller than wide the cells are,
  * as a square root. Tall cells make fewer runs, narrow ones shorter runs. */
-#define DPH_SWEEP_CELLS 2.0f
-#define DPH_SWEEP_ASPECT 1.5f
+#define DPH_SWEEP_CELLS 3.0f
+#define DPH_SWEEP_ASPECT 2.0f
 
 /* Rows of cells that nearly all triangles keep to; the grid's offsets are readable that many rows beyond its end. */
 #define DPH_SWEEP_ROWS 4
@@ -40,11 +40,13 @@ struct dph_sweep_scratch {
     float *rotated;         /* (padded x 4) x, y, z in the direction's frame, and the slot as bits     */
     uint32_t *cell;         /* (padded) each position's cell                                          */
     uint32_t *start;        /* (rows * columns + 1, padded) first slot of each cell                   */
-    float *sx, *sy, *sz;    /* (npos + 8) by slot                                                     */
+    float *sx, *sy, *sz;    /* (padded + 8) by slot                                                     */
     uint32_t *position_of;  /* (npos) slot -> sweep order                                             */
     /* what the hits of a slot add up to, on the +d and on the -d side */
-    float *plus, *minus;    /* (npos + 8) lengths, or keys of the nearest crossing                    */
-    int32_t *balance;       /* (npos + 8) exits minus entries: +d in the low 16 bits, -d above         */
+    float *plus, *minus;    /* (padded + 8) lengths                                                   */
+    float *nearest_plus, *nearest_minus; /* (padded + 8) keys of the nearest crossings              */
+    bool careful;           /* there have been bad pairs: keep the nearest crossings along with the lengths */
+    int32_t *balance;       /* (padded + 8) exits minus entries: +d in the low 16 bits, -d above         */
     struct dph_sweep_block *block;
 };
 
@@ -60,11 +62,11 @@ struct dph_sweep_kernel {
     /* Projects and sorts the positions: fills everything of the scratch but the sums. */
     void (*project)(const struct dph_sweep *sweep, struct dph_sweep_scratch *scratch,
                     const struct dph_sweep_frame *frame);
-    /* Adds the crossings of all triangles to plus, minus and balance. */
+    /* Adds the crossings of all triangles to plus, minus and balance, and to the nearest ones where they are wanted. */
     void (*cross)(const struct dph_sweep *sweep, struct dph_sweep_scratch *scratch,
                   const struct dph_sweep_frame *frame, enum dph_definition definition);
-    /* Turns the sums into lengths in the unit of the input, and balance into flags: 1 bad along +d, 2 bad along -d. Returns the number
-     * of bad values. */
+    /* Turns the sums into lengths in the unit of the input, in plus and minus, and balance into flags: 1 bad along +d, 2 bad along -d.
+     * Returns the number of bad values. */
     size_t (*finish)(const struct dph_sweep *sweep, struct dph_sweep_scratch *scratch,
                      enum dph_definition definition);
 };
