@@ -374,6 +374,11 @@ static void broken_calls(void **state)
     assert_int_equal(err.code, DPH_ERROR_INPUT);
     mesh.position[7] = 0;
 
+    mesh.position[7] = 3e38f; /* finite, but its lengths would not be */
+    assert_false(dph_bake(&input, &params, coefficient, NULL, &err));
+    assert_int_equal(err.code, DPH_ERROR_INPUT);
+    mesh.position[7] = 0;
+
     double last = 0;
     params.directions = 4096;
     params.progress = stop_halfway;

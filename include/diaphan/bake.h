@@ -56,8 +56,8 @@ size_t dph_bake_size(const struct dph_bake_input *input, const struct dph_bake_p
 /* Bakes. `coefficient` (nvert x bands * bands) is the caller's. `report` is Nullable. The same input and parameters give the same
  * bytes for any number of threads and on any processor. Triangles without area are skipped; a vertex that no triangle uses is baked like any
  * other. Memory beside input and output: about 1 KiB a position.
- * False: DPH_ERROR_ARGUMENT (a parameter out of range), DPH_ERROR_INPUT (an index out of range, a number that is not finite),
- * DPH_ERROR_MEMORY, DPH_ERROR_CANCELLED; `coefficient` then holds nothing of use. */
+ * False: DPH_ERROR_ARGUMENT (a parameter out of range), DPH_ERROR_INPUT (an index out of range, a number that is not finite, a
+ * mesh smaller than 1e-15 or larger than 1e15 units), DPH_ERROR_MEMORY, DPH_ERROR_CANCELLED; `coefficient` then holds nothing of use. */
 bool dph_bake(const struct dph_bake_input *input, const struct dph_bake_params *params,
               float *coefficient, struct dph_bake_report *report, struct dph_error *err);
 

@@ -24,6 +24,8 @@ enum { MOST_PAIRS = 64, LEAST_PAIRS = 16, PANEL_BYTES = 96 << 20 };
 /* Positions of one projection task: a multiple of 8. */
 enum { TASK_POSITIONS = 512 };
 
+static const double SMALLEST_SIDE = 1e-15, LARGEST_SIDE = 1e15;
+
 struct dph_bake_params dph_bake_defaults(void)
 {
     return (struct dph_bake_params){.bands = 6, .directions = 1024, .fit = DPH_FIT_WEIGHTED};
@@ -40,6 +42,7 @@ struct welded {
     float *position;       /* (npos x 3)                                                           */
     uint32_t *index;       /* (ntri x 3)                                                           */
     uint32_t *position_of; /* (nvert)                                                              */
+    double side;           /* largest, of the bounding box                                         */
 };
 
 static void welded_finish(struct welded *welded)
@@ -80,25 +83,26 @@ static bool weld(const struct dph_bake_input *input, struct welded *welded, stru
                             i / 3, v, nvert);
         welded->index[i] = welded->position_of[v];
     }
+    for (size_t k = 0; k < 3; k++) {
+        double low = INFINITY, high = -INFINITY;
+        for (size_t p = 0; p < welded->npos; p++) {
+            low = fmin(low, welded->position[3 * p + k]);
+            high = fmax(high, welded->position[3 * p + k]);
+        }
+        welded->side = fmax(welded->side, high - low);
+    }
+    /* lengths and their products must stay within single precision */
+    if (welded->side > 0 && (welded->side < SMALLEST_SIDE || welded->side > LARGEST_SIDE))
+        return dph_fail(err, DPH_ERROR_INPUT, "the mesh is %g units large, what can be baked is %g to %g",
+                        welded->side, SMALLEST_SIDE, LARGEST_SIDE);
     return true;
 }
 
-/* The s of the weights exp(-2 s S), from the material's effective transport coefficient and the largest side: fidelity beats range. The mean
- * of the two scales was fitted to path-traced truth over meshes, materials and sizes (docs/theory.md, "The weighted fit"). */
+/* The s of the weights exp(-2 s S), from the material's effective transport coefficient and the largest side (docs/theory.md, "Weighted
+ * fit"). */
 static double weight_extinction(const struct dph_bake_params *params, const struct welded *welded)
 {
-    double side = params->largest_side;
-    if (!(side > 0)) {
-        side = 0;
-        for (size_t k = 0; k < 3; k++) {
-            double low = INFINITY, high = -INFINITY;
-            for (size_t p = 0; p < welded->npos; p++) {
-                low = fmin(low, welded->position[3 * p + k]);
-                high = fmax(high, welded->position[3 * p + k]);
-            }
-            side = fmax(side, high - low);
-        }
-    }
+    double side = params->largest_side > 0 ? params->largest_side : welded->side;
     double per_side = side > 0 ? 3 / side : 0;
     return 0.5 * sqrt(params->extinction * params->extinction + per_side * per_side);
 }
