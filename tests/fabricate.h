@@ -7,7 +7,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* Gives every body of a scene thickness that depends on its positions alone. False: out of memory. */
+/* Gives every body thickness that depends on its positions alone. False: out of memory. */
 static inline bool fabricate_thickness(struct dph_scene *scene, int bands, enum dph_store store)
 {
     size_t n = (size_t)bands * (size_t)bands;

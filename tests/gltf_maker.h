@@ -1,4 +1,5 @@
-/* glTF made in memory, for the tests of its reader and writer. JSON is written with ' for ", which C strings like better. */
+/* glTF made in memory, for the tests of its reader and writer. JSON is written with ' for ", which
+ * C strings like better. */
 #ifndef DPH_TESTS_GLTF_MAKER_H
 #define DPH_TESTS_GLTF_MAKER_H
 
@@ -9,7 +10,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A copy of `text` with ' turned into ", and the first `find` (Nullable) into `replace`. Aborts where `find` is not there. */
+/* A copy of `text` with ' turned into ", and the first `find` (Nullable) into `replace`. Aborts
+ * where `find` is not there. */
 static inline char *maker_json(const char *text, const char *find, const char *replace)
 {
     const char *at = find ? strstr(text, find) : NULL;

@@ -21,7 +21,11 @@ static const struct model {
     double low[3], high[3];
 } models[] = {
     {"GlassHurricaneCandleHolder.glb", 4126, 2386, {-.09517, 0, -.09517}, {.09517, .3066, .09517}},
-    {"MosquitoInAmber/MosquitoInAmber.gltf", 14349, 18678, {-.0496, -.04854, -.05109}, {.04764, .05113, .03683}},
+    {"MosquitoInAmber/MosquitoInAmber.gltf",
+     14349,
+     18678,
+     {-.0496, -.04854, -.05109},
+     {.04764, .05113, .03683}},
     {"Suzanne/Suzanne.gltf", 3936, 11808, {-1.337, -.9746, -.8008}, {1.337, .9502, .8257}},
     {"ToyCar/ToyCar.gltf", 108936, 77429, {-.035, -.01621, -.03698}, {.03845, .01262, .03698}},
     {"CesiumMilkTruck.glb", 3624, 4823, {-1.396, .001452, -2.431}, {1.396, 2.584, 2.438}},
@@ -30,7 +34,11 @@ static const struct model {
     {"SimpleSparseAccessor.gltf", 12, 14, {0, 0, 0}, {6, 4, 0}},
     {"BoxInterleaved.glb", 12, 24, {-.5, -.5, -.5}, {.5, .5, .5}},
     {"NegativeScaleTest.glb", 7724, 3958, {-5.162, -4.454, -.5}, {5.162, 4.454, .5}},
-    {"AvocadoQuantized/Avocado.gltf", 682, 406, {-.02128, -4.774e-05, -.01381}, {.02128, .06285, .01381}},
+    {"AvocadoQuantized/Avocado.gltf",
+     682,
+     406,
+     {-.02128, -4.774e-05, -.01381},
+     {.02128, .06285, .01381}},
     {"Avocado/Avocado.gltf", 682, 406, {-.02128, -4.774e-05, -.01381}, {.02128, .06285, .01381}},
     {"MorphPrimitivesTest.glb", 32, 30, {-.5, 0, -.5}, {.5, 0, .5}},
     {"AttenuationTest.glb", 292, 584, {-10, -10, -2}, {10, 10, 2}},
@@ -61,7 +69,8 @@ static void test_models(void **state)
             double digits = 6e-4 * fmax(fabs(models[i].low[c]), fabs(models[i].high[c]));
             if (fabs(scene->bounds[0][c] - models[i].low[c]) > digits ||
                 fabs(scene->bounds[1][c] - models[i].high[c]) > digits)
-                fail_msg("%s: axis %d from %g to %g", models[i].file, c, scene->bounds[0][c], scene->bounds[1][c]);
+                fail_msg("%s: axis %d from %g to %g", models[i].file, c, scene->bounds[0][c],
+                         scene->bounds[1][c]);
         }
         dph_scene_destroy(scene);
     }
@@ -123,7 +132,8 @@ static void test_tetra(void **state)
 static void test_modes(void **state)
 {
     (void)state;
-    static const float position[6][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {-1, 1, 1}, {5, 5, 5}};
+    static const float position[6][3] = {{0, 0, 0}, {1, 0, 0},  {1, 1, 0},
+                                         {0, 1, 0}, {-1, 1, 1}, {5, 5, 5}};
     static const struct {
         const char *mode;
         size_t ntri;
@@ -135,11 +145,13 @@ static void test_modes(void **state)
     };
     for (int i = 0; i < 3; i++) {
         /* points and lines beside it do not count */
-        char *json = maker_json("{'asset':{'version':'2.0'},'meshes':[{'primitives':[{'mode':0,'attributes':{"
-                                "'POSITION':0}},{MODE'attributes':{'POSITION':0}},{'mode':3,'attributes':{"
-                                "'POSITION':0}}]}],'nodes':[{'mesh':0}],'accessors':[{'bufferView':0,"
-                                "'componentType':5126,'count':6,'type':'VEC3'}],'bufferViews':[{'buffer':0,"
-                                "'byteLength':72}],'buffers':[{'byteLength':72}]}", "MODE", cases[i].mode);
+        char *json = maker_json(
+            "{'asset':{'version':'2.0'},'meshes':[{'primitives':[{'mode':0,'attributes':{"
+            "'POSITION':0}},{MODE'attributes':{'POSITION':0}},{'mode':3,'attributes':{"
+            "'POSITION':0}}]}],'nodes':[{'mesh':0}],'accessors':[{'bufferView':0,"
+            "'componentType':5126,'count':6,'type':'VEC3'}],'bufferViews':[{'buffer':0,"
+            "'byteLength':72}],'buffers':[{'byteLength':72}]}",
+            "MODE", cases[i].mode);
         struct dph_scene *scene = must_load(json, position, sizeof position);
         expect_index(scene, cases[i].index, cases[i].ntri);
         assert_int_equal(scene->body->mesh.nvert, 6);
@@ -148,8 +160,9 @@ static void test_modes(void **state)
     }
 }
 
-/* One file with interleaved rows: SHORT positions (plain), normalized BYTE normals, normalized UNSIGNED_SHORT texture coordinates, and
- * UNSIGNED_BYTE indices in two primitives that share all attributes. */
+/* One file with interleaved rows: SHORT positions (plain), normalized BYTE normals, normalized
+ * UNSIGNED_SHORT texture coordinates, and UNSIGNED_BYTE indices in two primitives that share all
+ * attributes. */
 static void test_quantized(void **state)
 {
     (void)state;
@@ -176,16 +189,20 @@ static void test_quantized(void **state)
         "{'bufferView':1,'componentType':5121,'count':3,'type':'SCALAR'},"
         "{'bufferView':1,'byteOffset':4,'componentType':5121,'count':3,'type':'SCALAR'}],"
         "'bufferViews':[{'buffer':0,'byteLength':48,'byteStride':16},{'buffer':0,'byteOffset':48,'byteLength':8}],"
-        "'buffers':[{'byteLength':56}]}", &bin, sizeof bin);
+        "'buffers':[{'byteLength':56}]}",
+        &bin, sizeof bin);
     const struct dph_mesh *mesh = &scene->body->mesh;
     static const uint32_t index[6] = {0, 1, 2, 3, 5, 4};
     expect_index(scene, index, 2);
     assert_int_equal(mesh->nvert, 6); /* rows of a primitive are its own */
     for (int copy = 0; copy < 2; copy++) {
-        const float *p = mesh->position + 9 * copy, *n = mesh->normal + 9 * copy, *t = mesh->texcoord + 6 * copy;
-        assert_true(p[0] == -3 && p[1] == 7 && p[2] == 32767 && p[3] == 4 && p[7] == 5 && p[8] == -1);
+        const float *p = mesh->position + 9 * copy, *n = mesh->normal + 9 * copy,
+                    *t = mesh->texcoord + 6 * copy;
+        assert_true(p[0] == -3 && p[1] == 7 && p[2] == 32767 && p[3] == 4 && p[7] == 5 &&
+                    p[8] == -1);
         assert_true(n[2] == 1 && n[4] == -1 && fabs(n[6] - sqrt(.5)) < 1e-6);
-        assert_true(t[0] == 0 && t[1] == 1 && fabs(t[2] - 32768. / 65535) < 1e-6 && fabs(t[4] - .2) < 1e-6);
+        assert_true(t[0] == 0 && t[1] == 1 && fabs(t[2] - 32768. / 65535) < 1e-6 &&
+                    fabs(t[4] - .2) < 1e-6);
     }
     dph_scene_destroy(scene);
 }
@@ -198,14 +215,16 @@ static void test_sparse(void **state)
         float base[3][3], value[2][3];
         uint16_t index[2];
     } bin = {{{1, 1, 1}, {2, 2, 2}, {3, 3, 3}}, {{4, 5, 6}, {7, 8, 9}}, {0, 2}};
-    static const float with[9] = {4, 5, 6, 2, 2, 2, 7, 8, 9}, without[9] = {4, 5, 6, 0, 0, 0, 7, 8, 9};
+    static const float with[9] = {4, 5, 6, 2, 2, 2, 7, 8, 9},
+                       without[9] = {4, 5, 6, 0, 0, 0, 7, 8, 9};
     for (int i = 0; i < 2; i++) {
         char *json = maker_json(
             "{'asset':{'version':'2.0'},'meshes':[{'primitives':[{'attributes':{'POSITION':0}}]}],"
             "'nodes':[{'mesh':0}],'accessors':[{BASE'componentType':5126,'count':3,'type':'VEC3','sparse':{'count':2,"
             "'indices':{'bufferView':1,'byteOffset':24,'componentType':5123},'values':{'bufferView':1}}}],"
             "'bufferViews':[{'buffer':0,'byteLength':36},{'buffer':0,'byteOffset':36,'byteLength':28}],"
-            "'buffers':[{'byteLength':64}]}", "BASE", i ? "" : "'bufferView':0,");
+            "'buffers':[{'byteLength':64}]}",
+            "BASE", i ? "" : "'bufferView':0,");
         struct dph_scene *scene = must_load(json, &bin, sizeof bin);
         assert_memory_equal(scene->body->mesh.position, i ? without : with, 36);
         dph_scene_destroy(scene);
@@ -232,7 +251,8 @@ static void test_meshopt(void **state)
     }
     for (uint32_t y = 0; y + 1 < SIDE; y++)
         for (uint32_t x = 0; x + 1 < SIDE; x++) {
-            const uint32_t a = y * SIDE + x, quad[6] = {a, a + 1, a + SIDE, a + SIDE, a + 1, a + SIDE + 1};
+            const uint32_t a = y * SIDE + x,
+                           quad[6] = {a, a + 1, a + SIDE, a + SIDE, a + 1, a + SIDE + 1};
             memcpy(index + n, quad, sizeof quad);
             n += 6;
         }
@@ -244,32 +264,38 @@ static void test_meshopt(void **state)
     for (int variant = 0; variant < 4; variant++) {
         bool sequence = variant & 1, filtered = variant & 2;
         meshopt_encodeIndexVersion(1);
-        size_t a = meshopt_encodeVertexBuffer(bin, sizeof bin, filtered ? (void *)exponent : (void *)position, NVERT, 12);
+        size_t a =
+            meshopt_encodeVertexBuffer(bin, sizeof bin,
+                                       filtered ? (void *)exponent : (void *)position, NVERT, 12);
         size_t b = meshopt_encodeVertexBuffer(bin + a, sizeof bin - a, oct, NVERT, 4);
-        size_t c = sequence ? meshopt_encodeIndexSequence(bin + a + b, sizeof bin - a - b, index, NINDEX)
-                            : meshopt_encodeIndexBuffer(bin + a + b, sizeof bin - a - b, index, NINDEX);
+        size_t c = sequence
+                       ? meshopt_encodeIndexSequence(bin + a + b, sizeof bin - a - b, index, NINDEX)
+                       : meshopt_encodeIndexBuffer(bin + a + b, sizeof bin - a - b, index, NINDEX);
         assert_true(a && b && c);
         char json[4096];
-        snprintf(json, sizeof json,
-                 "{'asset':{'version':'2.0'},'extensionsRequired':['EXT_meshopt_compression'],'meshes':[{'primitives':[{"
-                 "'attributes':{'POSITION':0,'NORMAL':1},'indices':2}]}],'nodes':[{'mesh':0}],'accessors':[{'bufferView':0,"
-                 "'componentType':5126,'count':%d,'type':'VEC3'},{'bufferView':1,'componentType':5120,'normalized':true,"
-                 "'count':%d,'type':'VEC3'},{'bufferView':2,'componentType':%d,'count':%d,'type':'SCALAR'}],'bufferViews':["
-                 "{'buffer':1,'byteLength':%d,'byteStride':12,'extensions':{'EXT_meshopt_compression':{'buffer':0,"
-                 "'byteLength':%zu,'byteStride':12,'count':%d,'mode':'ATTRIBUTES','filter':'%s'}}},"
-                 "{'buffer':1,'byteLength':%d,'byteStride':4,'extensions':{'EXT_meshopt_compression':{'buffer':0,"
-                 "'byteOffset':%zu,'byteLength':%zu,'byteStride':4,'count':%d,'mode':'ATTRIBUTES','filter':'OCTAHEDRAL'}}},"
-                 "{'buffer':1,'byteLength':%d,'extensions':{'%s_meshopt_compression':{'buffer':0,"
-                 "'byteOffset':%zu,'byteLength':%zu,'byteStride':%d,'count':%d,'mode':'%s'}}}],"
-                 "'buffers':[{'byteLength':%zu},{'byteLength':99999,'extensions':{'EXT_meshopt_compression':{'fallback':true}}}]}",
-                 NVERT, NVERT, sequence ? 5125 : 5123, NINDEX, NVERT * 12, a, NVERT, filtered ? "EXPONENTIAL" : "NONE",
-                 NVERT * 4, a, b, NVERT, NINDEX * (sequence ? 4 : 2), sequence ? "KHR" : "EXT", a + b, c, sequence ? 4 : 2,
-                 NINDEX, sequence ? "INDICES" : "TRIANGLES", a + b + c);
+        snprintf(
+            json, sizeof json,
+            "{'asset':{'version':'2.0'},'extensionsRequired':['EXT_meshopt_compression'],'meshes':[{'primitives':[{"
+            "'attributes':{'POSITION':0,'NORMAL':1},'indices':2}]}],'nodes':[{'mesh':0}],'accessors':[{'bufferView':0,"
+            "'componentType':5126,'count':%d,'type':'VEC3'},{'bufferView':1,'componentType':5120,'normalized':true,"
+            "'count':%d,'type':'VEC3'},{'bufferView':2,'componentType':%d,'count':%d,'type':'SCALAR'}],'bufferViews':["
+            "{'buffer':1,'byteLength':%d,'byteStride':12,'extensions':{'EXT_meshopt_compression':{'buffer':0,"
+            "'byteLength':%zu,'byteStride':12,'count':%d,'mode':'ATTRIBUTES','filter':'%s'}}},"
+            "{'buffer':1,'byteLength':%d,'byteStride':4,'extensions':{'EXT_meshopt_compression':{'buffer':0,"
+            "'byteOffset':%zu,'byteLength':%zu,'byteStride':4,'count':%d,'mode':'ATTRIBUTES','filter':'OCTAHEDRAL'}}},"
+            "{'buffer':1,'byteLength':%d,'extensions':{'%s_meshopt_compression':{'buffer':0,"
+            "'byteOffset':%zu,'byteLength':%zu,'byteStride':%d,'count':%d,'mode':'%s'}}}],"
+            "'buffers':[{'byteLength':%zu},{'byteLength':99999,'extensions':{'EXT_meshopt_compression':{'fallback':true}}}]}",
+            NVERT, NVERT, sequence ? 5125 : 5123, NINDEX, NVERT * 12, a, NVERT,
+            filtered ? "EXPONENTIAL" : "NONE", NVERT * 4, a, b, NVERT, NINDEX * (sequence ? 4 : 2),
+            sequence ? "KHR" : "EXT", a + b, c, sequence ? 4 : 2, NINDEX,
+            sequence ? "INDICES" : "TRIANGLES", a + b + c);
         struct dph_scene *scene = must_load(json, bin, a + b + c);
         const struct dph_mesh *mesh = &scene->body->mesh;
         assert_int_equal(mesh->nvert, NVERT);
         assert_int_equal(mesh->ntri, NINDEX / 3);
-        assert_memory_equal(mesh->position, position, sizeof position); /* 16 bits hold these exactly */
+        assert_memory_equal(mesh->position, position,
+                            sizeof position); /* 16 bits hold these exactly */
         for (int v = 0; v < NVERT; v++)
             for (int k = 0; k < 3; k++)
                 assert_true(fabs(mesh->normal[3 * v + k] - normal[v][k]) < .02);
@@ -300,9 +326,10 @@ static void test_meshopt(void **state)
 static void test_fallback(void **state)
 {
     (void)state;
-    char *json = maker_json(maker_tetra_json, "'byteOffset':0,'byteLength':48",
-                            "'byteLength':48,'extensions':{'KHR_meshopt_compression':{'buffer':0,'byteOffset':96,"
-                            "'byteLength':4,'byteStride':12,'count':4,'mode':'ATTRIBUTES'}}");
+    char *json = maker_json(
+        maker_tetra_json, "'byteOffset':0,'byteLength':48",
+        "'byteLength':48,'extensions':{'KHR_meshopt_compression':{'buffer':0,'byteOffset':96,"
+        "'byteLength':4,'byteStride':12,'count':4,'mode':'ATTRIBUTES'}}");
     struct maker_tetra bin = maker_tetra;
     bin.thickness[3][0] = (int8_t)0xa1;
     struct dph_scene *scene = must_load(json, &bin, sizeof bin);
@@ -311,7 +338,8 @@ static void test_fallback(void **state)
     free(json);
 }
 
-/* Transforms: a quarter turn about z, a scale and a matrix above; skins and EXT_mesh_gpu_instancing. */
+/* Transforms: a quarter turn about z, a scale and a matrix above; skins and
+ * EXT_mesh_gpu_instancing. */
 static void test_nodes(void **state)
 {
     (void)state;
@@ -330,7 +358,8 @@ static void test_nodes(void **state)
         "'count':2,'type':'VEC3'},{'bufferView':0,'byteOffset':60,'componentType':5126,'count':2,'type':'VEC3'}],"
         "'bufferViews':[{'buffer':0,'byteLength':84}],'buffers':[{'byteLength':84}]}";
     static const float expected[5][16] = {
-        {2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 1, 1, 1, 1},   /* node 2 comes first, as its parent lists it */
+        {2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 1, 1, 1,
+         1}, /* node 2 comes first, as its parent lists it */
         {0, 2, 0, 0, -6, 0, 0, 0, 0, 0, 2, 0, 1, 1, 11, 1},
         {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1},
         {2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 10, 0, 1, 1},
@@ -357,7 +386,8 @@ static void test_nodes(void **state)
     dph_scene_destroy(scene);
     free(none);
     /* a file that draws nothing: every mesh as it is, with a warning */
-    char *nothing = maker_json(json, "'scene':1,'scenes':[{'nodes':[5]},{'nodes':[0,3,4]}]", "'scenes':[{}]");
+    char *nothing =
+        maker_json(json, "'scene':1,'scenes':[{'nodes':[5]},{'nodes':[0,3,4]}]", "'scenes':[{}]");
     scene = must_load(nothing, &bin, sizeof bin);
     assert_int_equal(scene->ninstance, 1);
     assert_int_equal(scene->nwarning, 1);
@@ -374,10 +404,14 @@ static void test_thickness_of_tools(void **state)
     assert_memory_equal(scene->body->thickness->data, maker_tetra.thickness, 16);
     dph_scene_destroy(scene);
     free(lower);
-    /* floats: the scales are taken into the values; here the positions' bytes (and 16 bytes more) serve as floats */
-    char *floats = maker_json(maker_tetra_json, "{'bufferView':2,'componentType':5120,'normalized':true,'count':4,'type':'VEC4'}",
-                              "{'bufferView':2,'componentType':5126,'count':4,'type':'VEC4'}");
-    char *json = maker_json(floats, "{\"buffer\":0,\"byteOffset\":84,\"byteLength\":16}", "{'buffer':0,'byteLength':64}");
+    /* floats: the scales are taken into the values; here the positions' bytes (and 16 bytes more)
+     * serve as floats */
+    char *floats = maker_json(
+        maker_tetra_json,
+        "{'bufferView':2,'componentType':5120,'normalized':true,'count':4,'type':'VEC4'}",
+        "{'bufferView':2,'componentType':5126,'count':4,'type':'VEC4'}");
+    char *json = maker_json(floats, "{\"buffer\":0,\"byteOffset\":84,\"byteLength\":16}",
+                            "{'buffer':0,'byteLength':64}");
     struct maker_tetra bin = maker_tetra;
     memcpy(bin.wide, maker_tetra.position, 16); /* the fourth row; no longer valid indices */
     memset(bin.wide, 0, sizeof bin.wide);

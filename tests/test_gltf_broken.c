@@ -1,4 +1,5 @@
-/* Broken glTF: every mutation is refused with the right code and one line that names the place and the value. */
+/* Broken glTF: every mutation is refused with the right code and one line that names the place and
+ * the value. */
 #include "gltf_maker.h"
 
 #include <float.h>
@@ -43,14 +44,18 @@ static const struct mutation mutations[] = {
     {"'buffers':[{'byteLength':100}]", "'buffers':[{'byteLength':101}]", IN,
      "buffers[0]: byteLength is 101, its data ends after 100"},
     {"'buffers':[{'byteLength':100}]", "'buffers':[{}]", IN, "buffers[0]: byteLength is missing"},
-    {"'buffers':[{'byteLength':100}]", "'buffers':[{'byteLength':-5}]", IN, "buffers[0].byteLength: -5"},
-    {"'buffers':[{'byteLength':100}]", "'buffers':[{'byteLength':1e15}]", IN, "1000000000000000 is more"},
+    {"'buffers':[{'byteLength':100}]", "'buffers':[{'byteLength':-5}]", IN,
+     "buffers[0].byteLength: -5"},
+    {"'buffers':[{'byteLength':100}]", "'buffers':[{'byteLength':1e15}]", IN,
+     "1000000000000000 is more"},
     {"'buffers':[{'byteLength':100}]", "'buffers':[7]", IN, "buffers[0]: is a number"},
     {"'buffers':[{'byteLength':100}]", "'buffers':7", IN, "buffers: is a number"},
     {"'buffers':[{'byteLength':100}]", "'buffers':[]", IN, "refers to buffers[0], the file has 0"},
     {"{'byteLength':100}", "{'byteLength':100,'uri':'data:;base64,@@@@'}", IN, "base64"},
-    {"{'byteLength':100}", "{'byteLength':100,'uri':'data:;base64,AAAA'}", IN, "ends after 3 bytes"},
-    {"{'byteLength':100}", "{'byteLength':100,'uri':'http://example.org/a.bin'}", IN, "relative path"},
+    {"{'byteLength':100}", "{'byteLength':100,'uri':'data:;base64,AAAA'}", IN,
+     "ends after 3 bytes"},
+    {"{'byteLength':100}", "{'byteLength':100,'uri':'http://example.org/a.bin'}", IN,
+     "relative path"},
     {"{'byteLength':100}", "{'byteLength':100,'uri':'/etc/passwd'}", IN, "only relative paths"},
     {"{'byteLength':100}", "{'byteLength':100,'uri':'is/not/there.bin'}", IN, "is/not/there.bin"},
     {"{'byteLength':100}", "{'byteLength':100,'uri':'a%00b.bin'}", IN, "zero byte"},
@@ -58,47 +63,66 @@ static const struct mutation mutations[] = {
     /* buffer views */
     {"'byteOffset':48,'byteLength':24", "'byteOffset':90,'byteLength':24", IN,
      "bufferViews[1]: ends at byte 114, buffers[0] has 100"},
-    {"'byteOffset':48,'byteLength':24", "'byteOffset':4294967290,'byteLength':24", IN, "bufferViews[1]"},
-    {"{'buffer':0,'byteOffset':48", "{'buffer':3,'byteOffset':48", IN, "refers to buffers[3], the file has 1"},
-    {"{'buffer':0,'byteOffset':48", "{'buffer':-1,'byteOffset':48", IN, "bufferViews[1].buffer: -1"},
+    {"'byteOffset':48,'byteLength':24", "'byteOffset':4294967290,'byteLength':24", IN,
+     "bufferViews[1]"},
+    {"{'buffer':0,'byteOffset':48", "{'buffer':3,'byteOffset':48", IN,
+     "refers to buffers[3], the file has 1"},
+    {"{'buffer':0,'byteOffset':48", "{'buffer':-1,'byteOffset':48", IN,
+     "bufferViews[1].buffer: -1"},
     {"'byteOffset':0,'byteLength':48", "'byteOffset':0,'byteLength':48,'byteStride':8", IN,
      "elements of 12 bytes, bufferViews[0] a byteStride of 8"},
-    {"'byteOffset':0,'byteLength':48", "'byteOffset':0,'byteLength':48,'byteStride':1000", IN, "more than 252"},
-    {"'byteOffset':0,'byteLength':48", "'byteOffset':0,'byteLength':48.5", IN, "48.5 is not a count"},
-    {"'byteOffset':0,'byteLength':48", "'byteOffset':0", IN, "bufferViews[0]: byteLength is missing"},
+    {"'byteOffset':0,'byteLength':48", "'byteOffset':0,'byteLength':48,'byteStride':1000", IN,
+     "more than 252"},
+    {"'byteOffset':0,'byteLength':48", "'byteOffset':0,'byteLength':48.5", IN,
+     "48.5 is not a count"},
+    {"'byteOffset':0,'byteLength':48", "'byteOffset':0", IN,
+     "bufferViews[0]: byteLength is missing"},
     /* accessors */
-    {"'count':4,'type':'VEC3'", "'count':5,'type':'VEC3'", IN, PRIM ".attributes.POSITION: accessor 0 ends at byte 60"},
+    {"'count':4,'type':'VEC3'", "'count':5,'type':'VEC3'", IN,
+     PRIM ".attributes.POSITION: accessor 0 ends at byte 60"},
     {"'componentType':5126,'count':4", "'byteOffset':4,'componentType':5126,'count':4", IN,
      PRIM ".attributes.POSITION: accessor 0 ends at byte 52, its bufferViews[0] has 48"},
-    {"'componentType':5126,'count':4", "'componentType':5126,'count':0", IN, "accessors[0]: count is 0"},
+    {"'componentType':5126,'count':4", "'componentType':5126,'count':0", IN,
+     "accessors[0]: count is 0"},
     {"'componentType':5126", "'componentType':5130", IN, "componentType 5130"},
-    {"'componentType':5126", "'componentType':'FLOAT'", IN, "accessors[0].componentType: is a string"},
+    {"'componentType':5126", "'componentType':'FLOAT'", IN,
+     "accessors[0].componentType: is a string"},
     {"'componentType':5126", "'componentType':5125", IN, "UNSIGNED_INT"},
     {"'componentType':5126", "'componentType':5126,'normalized':true", IN, "normalized"},
     {"'type':'VEC3'", "'type':'VEC2'", IN, "POSITION: has 2 components instead of 3"},
     {"'type':'VEC3'", "'type':'MAT4'", IN, "type \"MAT4\""},
     {"'bufferView':0,", "'bufferView':17,", IN, "refers to bufferViews[17], the file has 3"},
-    {"'bufferView':1,'componentType':5123,'count':12", "'bufferView':1,'componentType':5123,'count':13", IN,
+    {"'bufferView':1,'componentType':5123,'count':12",
+     "'bufferView':1,'componentType':5123,'count':13", IN,
      PRIM ".indices: accessor 1 ends at byte 26"},
-    {"'bufferView':1,'componentType':5123,'count':12", "'bufferView':1,'componentType':5123,'count':11", IN,
+    {"'bufferView':1,'componentType':5123,'count':12",
+     "'bufferView':1,'componentType':5123,'count':11", IN,
      PRIM ".indices: 11 corners do not make whole triangles"},
     {"'bufferView':1,'componentType':5123", "'bufferView':1,'componentType':5122", IN, "SHORT"},
     {"'bufferView':1,'componentType':5123,'count':12,'type':'SCALAR'",
-     "'bufferView':0,'componentType':5125,'count':12,'type':'SCALAR'", IN, PRIM ".indices: element 3 is 1065353216"},
-    {"'count':4,'type':'VEC3'", "'count':4,'type':'VEC3','sparse':{'count':5}", IN, "accessors[0].sparse.count"},
-    {"'count':4,'type':'VEC3'", "'count':4,'type':'VEC3','sparse':{'count':1}", IN, "indices is missing"},
+     "'bufferView':0,'componentType':5125,'count':12,'type':'SCALAR'", IN,
+     PRIM ".indices: element 3 is 1065353216"},
+    {"'count':4,'type':'VEC3'", "'count':4,'type':'VEC3','sparse':{'count':5}", IN,
+     "accessors[0].sparse.count"},
+    {"'count':4,'type':'VEC3'", "'count':4,'type':'VEC3','sparse':{'count':1}", IN,
+     "indices is missing"},
     {"'count':4,'type':'VEC3'",
      "'count':4,'type':'VEC3','sparse':{'count':3,'indices':{'bufferView':1,'componentType':5121},"
-     "'values':{'bufferView':0}}", IN, "sparse.indices: element 1 is 0, not above the 0"},
+     "'values':{'bufferView':0}}",
+     IN, "sparse.indices: element 1 is 0, not above the 0"},
     {"'count':4,'type':'VEC3'",
      "'count':4,'type':'VEC3','sparse':{'count':1,'indices':{'bufferView':2,'componentType':5121},"
-     "'values':{'bufferView':0}}", IN, "sparse.indices: element 0 is 127, the accessor has 4"},
+     "'values':{'bufferView':0}}",
+     IN, "sparse.indices: element 0 is 127, the accessor has 4"},
     {"'count':4,'type':'VEC3'",
      "'count':4,'type':'VEC3','sparse':{'count':4,'indices':{'bufferView':1,'byteOffset':10,"
-     "'componentType':5125},'values':{'bufferView':0}}", IN, "accessor 0.sparse.indices ends at byte 26"},
+     "'componentType':5125},'values':{'bufferView':0}}",
+     IN, "accessor 0.sparse.indices ends at byte 26"},
     /* meshes */
-    {"'attributes':{'POSITION':0", "'attributes':{'POSITION':9", IN, "refers to accessors[9], the file has 3"},
-    {"'attributes':{'POSITION':0", "'attributes':{'POSITION':0,'NORMAL':2", IN, "NORMAL: has 4 components"},
+    {"'attributes':{'POSITION':0", "'attributes':{'POSITION':9", IN,
+     "refers to accessors[9], the file has 3"},
+    {"'attributes':{'POSITION':0", "'attributes':{'POSITION':0,'NORMAL':2", IN,
+     "NORMAL: has 4 components"},
     {"'attributes':{'POSITION':0", "'attributes':{'POSITION':0,'COLOR_0':1", IN,
      "COLOR_0: accessor 1 has 12 elements, POSITION has 4"},
     {"'indices':1,", "'indices':1,'mode':9,", IN, PRIM ".mode: 9 is more than 6"},
@@ -108,10 +132,13 @@ static const struct mutation mutations[] = {
     {"'meshes':[{", "'meshes':[{'primitives':[]},{", IN, "meshes[0]: has no primitives"},
     {"'meshes':", "'mashes':", IN, "none of 0 holds triangles"},
     /* nodes */
-    {"'children':[1]", "'children':[1,1]", IN, "nodes[0].children: nodes[1] is a child of nodes[0] already"},
-    {"'children':[1]", "'children':[2]", IN, "nodes[0].children: element 0 is 2, the file has 2 nodes"},
+    {"'children':[1]", "'children':[1,1]", IN,
+     "nodes[0].children: nodes[1] is a child of nodes[0] already"},
+    {"'children':[1]", "'children':[2]", IN,
+     "nodes[0].children: element 0 is 2, the file has 2 nodes"},
     {"'children':[1]", "'children':[0]", IN, "nodes[0].children: the node is its own ancestor"},
-    {"{'mesh':0,'translation'", "{'children':[0],'mesh':0,'translation'", IN, "is its own ancestor"},
+    {"{'mesh':0,'translation'", "{'children':[0],'mesh':0,'translation'", IN,
+     "is its own ancestor"},
     {"'scenes':[{'nodes':[0]}]", "'scenes':[{'nodes':[1]}]", IN, "nodes[1], a child of nodes[0]"},
     {"'scenes':[{'nodes':[0]}]", "'scenes':[{'nodes':[0,0]}]", IN, "names nodes[0] twice"},
     {"'scenes':[{'nodes':[0]}]", "'scenes':[{'nodes':['a']}]", IN, "scenes[0].nodes: element 0"},
@@ -120,27 +147,35 @@ static const struct mutation mutations[] = {
     {"'translation':[1,2,3]", "'translation':[1,2,null]", IN, "nodes[1].translation[2]: is null"},
     {"'translation':[1,2,3]", "'rotation':[0,0,0,0]", IN, "nodes[1]: rotation"},
     {"'translation':[1,2,3]", "'scale':[1e300,1,1]", IN, "nodes[1]: its world matrix"},
-    {"'translation':[1,2,3]", "'matrix':[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1],'scale':[1,1,1]", IN, "matrix and"},
+    {"'translation':[1,2,3]", "'matrix':[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1],'scale':[1,1,1]", IN,
+     "matrix and"},
     {"'translation':[1,2,3]", "'matrix':[1,0,0,1,0,1,0,0,0,0,1,0,0,0,0,1]", IN, "last row"},
-    {"{'mesh':0,'translation'", "{'mesh':5,'translation'", IN, "nodes[1]: mesh is 5, the file has 1"},
+    {"{'mesh':0,'translation'", "{'mesh':5,'translation'", IN,
+     "nodes[1]: mesh is 5, the file has 1"},
     {"{'mesh':0,'translation':[1,2,3]}",
-     "{'mesh':0,'extensions':{'EXT_mesh_gpu_instancing':{'attributes':{'ROTATION':0}}}}", IN, "ROTATION"},
+     "{'mesh':0,'extensions':{'EXT_mesh_gpu_instancing':{'attributes':{'ROTATION':0}}}}", IN,
+     "ROTATION"},
     /* compression */
     {"'byteOffset':0,'byteLength':48",
      "'byteLength':48,'extensions':{'EXT_meshopt_compression':{'buffer':0,'byteLength':48,"
-     "'byteStride':12,'count':4,'mode':'ATTRIBUTES'}}", IN, "bufferViews[0].extensions.EXT_meshopt_compression"},
+     "'byteStride':12,'count':4,'mode':'ATTRIBUTES'}}",
+     IN, "bufferViews[0].extensions.EXT_meshopt_compression"},
     {"'byteOffset':0,'byteLength':48",
      "'byteLength':48,'extensions':{'EXT_meshopt_compression':{'buffer':0,'byteLength':480,"
-     "'byteStride':12,'count':4,'mode':'ATTRIBUTES'}}", IN, "ends at byte 480, buffers[0] has 100"},
+     "'byteStride':12,'count':4,'mode':'ATTRIBUTES'}}",
+     IN, "ends at byte 480, buffers[0] has 100"},
     {"'byteOffset':0,'byteLength':48",
      "'byteLength':48,'extensions':{'EXT_meshopt_compression':{'buffer':0,'byteLength':48,"
-     "'byteStride':12,'count':5,'mode':'ATTRIBUTES'}}", IN, "5 times 12 bytes"},
+     "'byteStride':12,'count':5,'mode':'ATTRIBUTES'}}",
+     IN, "5 times 12 bytes"},
     {"'byteOffset':0,'byteLength':48",
      "'byteLength':4294967292,'extensions':{'EXT_meshopt_compression':{'buffer':0,'byteLength':48,"
-     "'byteStride':12,'count':357913941,'mode':'ATTRIBUTES'}}", IN, "48 bytes cannot hold 357913941"},
+     "'byteStride':12,'count':357913941,'mode':'ATTRIBUTES'}}",
+     IN, "48 bytes cannot hold 357913941"},
     {"'byteOffset':0,'byteLength':48",
      "'byteLength':48,'extensions':{'EXT_meshopt_compression':{'buffer':0,'byteLength':48,"
-     "'byteStride':12,'count':4,'mode':'NONSENSE'}}", IN, "NONSENSE"},
+     "'byteStride':12,'count':4,'mode':'NONSENSE'}}",
+     IN, "NONSENSE"},
     /* thickness */
     {"'thickness_sh':{'version':1", "'thickness_sh':{'version':2", IN, BAKED ": version is 2"},
     {"'bands':2", "'bands':9", IN, BAKED ": bands is 9"},
@@ -161,7 +196,8 @@ static const struct mutation mutations[] = {
     {"'componentType':5120,'normalized':true", "'componentType':5120", IN, ATTRIBUTE ": BYTE"},
     {"'componentType':5120,'normalized':true", "'componentType':5121,'normalized':true", IN,
      ATTRIBUTE ": normalized UNSIGNED_BYTE"},
-    {"'count':4,'type':'VEC4'", "'count':5,'type':'SCALAR'", IN, "_THICKNESS_SH_0: accessor 2 has 5 elements"},
+    {"'count':4,'type':'VEC4'", "'count':5,'type':'SCALAR'", IN,
+     "_THICKNESS_SH_0: accessor 2 has 5 elements"},
     {"'count':4,'type':'VEC4'", "'count':4,'type':'VEC3'", IN, ATTRIBUTE ": has 3 components"},
     {"'primitives':[", "'primitives':[{'attributes':{'POSITION':0},'indices':1},", IN,
      "meshes[0]: only 1 of its 2 triangle primitives are baked"},
@@ -247,7 +283,8 @@ static void test_container(void **state)
     struct dph_file other = {malloc(file.size + bin + 1), file.size + bin};
     memcpy(other.data, twice, file.size + bin + 1);
     memcpy(other.data + file.size + 4, "XTRA", 4);
-    check((struct dph_file){twice, file.size + bin}, IN, "BIN chunk, which must be the second", "two BIN");
+    check((struct dph_file){twice, file.size + bin}, IN, "BIN chunk, which must be the second",
+          "two BIN");
     check(other, DPH_OK, "", "unknown chunk");
     dph_file_finish(&file);
     check(maker_glb(json, NULL, 0), IN, "needs buffers[0]: has no uri", "no BIN");
@@ -269,7 +306,8 @@ static void test_numbers(void **state)
               PRIM ".attributes.POSITION: element 2 has component 1", "not finite");
     }
     const uint16_t index[] = {4, 65535};
-    for (int i = 0; i < 2; i++) { /* 65535 restarts a primitive where that is allowed; here it is not */
+    for (int i = 0; i < 2;
+         i++) { /* 65535 restarts a primitive where that is allowed; here it is not */
         struct maker_tetra tetra = maker_tetra;
         tetra.wide[7] = index[i];
         check(maker_glb(json, &tetra, sizeof tetra), IN, PRIM ".indices: element 7 is", "index");

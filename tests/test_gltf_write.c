@@ -1,4 +1,5 @@
-/* The glTF writer: nothing of a document is lost, what is added reads back, a second bake replaces the first. */
+/* The glTF writer: nothing of a document is lost, what is added reads back, a second bake replaces
+ * the first. */
 #define _XOPEN_SOURCE 700
 #include "fabricate.h"
 #include "gltf_maker.h"
@@ -63,7 +64,8 @@ static void expect_same(json_t *a, json_t *b, const char *what)
         return;
     if (!a || !b)
         fail_msg("%s: only in the %s", what, a ? "input" : "output");
-    char *one = json_dumps(a, JSON_COMPACT | JSON_ENCODE_ANY), *two = json_dumps(b, JSON_COMPACT | JSON_ENCODE_ANY);
+    char *one = json_dumps(a, JSON_COMPACT | JSON_ENCODE_ANY),
+         *two = json_dumps(b, JSON_COMPACT | JSON_ENCODE_ANY);
     if (strcmp(one, two))
         fail_msg("%s: %.300s is now %.300s", what, one, two);
     free(one);
@@ -88,7 +90,8 @@ static void expect_same_without(json_t *a, json_t *b, const char *const *keys, c
 
 static void compare_primitive(json_t *a, json_t *b)
 {
-    static const char *const touched[] = {"attributes", "extras", NULL}, *const ours[] = {"diaphan", NULL};
+    static const char *const touched[] = {"attributes", "extras", NULL}, *const ours[] = {"diaphan",
+                                                                                          NULL};
     expect_same_without(a, b, touched, "primitive");
     json_t *now = json_copy(json_object_get(b, "attributes"));
     const char *key;
@@ -111,8 +114,11 @@ static void compare_primitive(json_t *a, json_t *b)
 
 static void compare_documents(const char *input, const char *output)
 {
-    static const char *const lists[] = {"meshes", "accessors", "bufferViews", "buffers", "images", NULL};
-    static const char *const place[] = {"buffer", "byteOffset", NULL}, *const link[] = {"uri", "bufferView", "mimeType", NULL};
+    static const char *const lists[] = {"meshes",  "accessors", "bufferViews",
+                                        "buffers", "images",    NULL};
+    static const char *const place[] = {"buffer", "byteOffset", NULL}, *const link[] = {
+                                                                           "uri", "bufferView",
+                                                                           "mimeType", NULL};
     struct dph_file one = must_read(input), two = must_read(output);
     struct dph_document *a = dph_gltf_document_create(&one, input, NULL);
     struct dph_document *b = dph_gltf_document_create(&two, output, NULL);
@@ -131,7 +137,8 @@ static void compare_documents(const char *input, const char *output)
         expect_same(value, json_array_get(json_object_get(b->root, "accessors"), i), "accessor");
     json_array_foreach(json_object_get(a->root, "bufferViews"), i, value) {
         struct dph_gltf_view was, now;
-        expect_same_without(value, json_array_get(json_object_get(b->root, "bufferViews"), i), place, "view");
+        expect_same_without(value, json_array_get(json_object_get(b->root, "bufferViews"), i),
+                            place, "view");
         if (!dph_gltf_view(a, i, "", &was, NULL))
             continue; /* its buffer is missing */
         assert_true(dph_gltf_view(b, i, "", &now, NULL));
@@ -145,8 +152,10 @@ static void compare_documents(const char *input, const char *output)
         struct dph_file image;
         struct dph_gltf_view view;
         expect_same_without(value, now, link, "image");
-        assert_true(dph_gltf_external(a, json_string_value(json_object_get(value, "uri")), &image, NULL));
-        assert_true(dph_gltf_view(b, (size_t)json_integer_value(json_object_get(now, "bufferView")), "", &view, NULL));
+        assert_true(
+            dph_gltf_external(a, json_string_value(json_object_get(value, "uri")), &image, NULL));
+        assert_true(dph_gltf_view(b, (size_t)json_integer_value(json_object_get(now, "bufferView")),
+                                  "", &view, NULL));
         assert_int_equal(view.size, image.size);
         assert_memory_equal(view.data, image.data, view.size);
         dph_file_finish(&image);
@@ -176,10 +185,12 @@ static void compare_scenes(const struct dph_scene *a, const struct dph_scene *b)
         assert_true((t != NULL) == (u != NULL));
         if (!t)
             continue;
-        assert_true(t->bands == u->bands && t->components == u->components && t->store == u->store &&
-                    t->definition == u->definition && t->fit == u->fit && t->directions == u->directions);
+        assert_true(t->bands == u->bands && t->components == u->components &&
+                    t->store == u->store && t->definition == u->definition && t->fit == u->fit &&
+                    t->directions == u->directions);
         assert_memory_equal(t->scale, u->scale, (size_t)t->bands * sizeof *t->scale);
-        assert_memory_equal(t->data, u->data, t->nvert * (size_t)t->components * dph_store_size(t->store));
+        assert_memory_equal(t->data, u->data,
+                            t->nvert * (size_t)t->components * dph_store_size(t->store));
     }
 }
 
@@ -192,7 +203,8 @@ static int visit(const char *path, const struct stat *info, int type, struct FTW
     (void)where;
     (void)info;
     const char *dot = strrchr(path, '.');
-    if (type != FTW_F || !dot || (strcmp(dot, ".glb") && strcmp(dot, ".gltf")) || strstr(path, "Draco"))
+    if (type != FTW_F || !dot || (strcmp(dot, ".glb") && strcmp(dot, ".gltf")) ||
+        strstr(path, "Draco"))
         return 0;
     visited++;
     static const struct {
@@ -206,13 +218,15 @@ static int visit(const char *path, const struct stat *info, int type, struct FTW
         struct dph_scene *again = must_load(in_folder("out.glb"));
         compare_scenes(scene, again);
         compare_documents(path, in_folder("out.glb"));
-        if (i == 0) { /* the same bake on top of itself changes no byte, a smaller one shrinks the file */
+        if (i == 0) { /* the same bake on top of itself changes no byte, a smaller one shrinks the
+                         file */
             struct dph_file one = must_read(in_folder("out.glb"));
             assert_true(fabricate_thickness(again, forms[i].bands, forms[i].store));
             must_save(again, in_folder("again.glb"));
             struct dph_file two = must_read(in_folder("again.glb"));
             if (one.size != two.size || memcmp(one.data, two.data, one.size))
-                fail_msg("%s: baked again it has %zu bytes instead of %zu, or others", path, two.size, one.size);
+                fail_msg("%s: baked again it has %zu bytes instead of %zu, or others", path,
+                         two.size, one.size);
             dph_scene_destroy(again);
             again = must_load(in_folder("again.glb"));
             assert_true(fabricate_thickness(again, 2, DPH_STORE_SNORM8));
@@ -242,16 +256,20 @@ static void test_models(void **state)
     }
 }
 
-/* A document with all that is awkward: several buffers, one missing, images there and not there, extras of every kind, extensions that
- * nobody knows, vertices shared by primitives. */
+/* A document with all that is awkward: several buffers, one missing, images there and not there,
+ * extras of every kind, extensions that nobody knows, vertices shared by primitives. */
 static const char awkward[] =
-    "{'zeta':{'kept':[1.0,1,1e-300,0.1,-0.0,12345678901234567,true,null,'\\u00e9\\u0001\\\\\\/']},'asset':{'version':'2.0'},"
+    "{'zeta':{'kept':[1.0,1,1e-300,0.1,-0.0,12345678901234567,true,null,'\\u00e9\\u0001\\\\\\/"
+    "']},'asset':{'version':'2.0'},"
     "'extensionsUsed':['ACME_thing'],'nodes':[{'mesh':0,'extras':3}],"
     "'meshes':[{'name':'a','extras':'mesh','primitives':["
-    "{'attributes':{'POSITION':0,'_TEMPERATURE':4},'indices':1,'extras':'text','extensions':{'ACME_thing':{'x':[]}}},"
+    "{'attributes':{'POSITION':0,'_TEMPERATURE':4},'indices':1,'extras':'text','extensions':{'ACME_"
+    "thing':{'x':[]}}},"
     "{'attributes':{'POSITION':0},'indices':1,'extras':{'b':1,'diaphan':{'other':2},'a':2}},"
-    "{'attributes':{'POSITION':2},'indices':3,'extras':{'diaphan':[5]}},{'mode':0,'attributes':{'POSITION':0}}]}],"
-    "'accessors':[{'bufferView':0,'componentType':5126,'count':4,'type':'VEC3','min':[0,0,0],'max':[1,2,3]},"
+    "{'attributes':{'POSITION':2},'indices':3,'extras':{'diaphan':[5]}},{'mode':0,'attributes':{'"
+    "POSITION':0}}]}],"
+    "'accessors':[{'bufferView':0,'componentType':5126,'count':4,'type':'VEC3','min':[0,0,0],'max':"
+    "[1,2,3]},"
     "{'bufferView':1,'componentType':5123,'count':12,'type':'SCALAR'},"
     "{'bufferView':2,'componentType':5126,'count':4,'type':'VEC3','min':[0,0,0],'max':[1,2,3]},"
     "{'bufferView':3,'componentType':5121,'count':12,'type':'SCALAR'},"
@@ -259,21 +277,26 @@ static const char awkward[] =
     "'bufferViews':[{'buffer':1,'byteLength':48},{'buffer':1,'byteOffset':48,'byteLength':24},"
     "{'buffer':BUF,'byteOffset':0,'byteLength':48},{'buffer':BUF,'byteOffset':72,'byteLength':12},"
     "{'buffer':0,'byteLength':16},{'buffer':3,'byteLength':8}],"
-    "'buffers':[FIRST,{'byteLength':100,'uri':'b.bin','name':'B'},{'byteLength':100,'uri':'c%20c.bin'},"
+    "'buffers':[FIRST,{'byteLength':100,'uri':'b.bin','name':'B'},{'byteLength':100,'uri':'c%20c."
+    "bin'},"
     "{'byteLength':8,'uri':'data:application/octet-stream;base64,AAECAwQFBgc='}],"
-    "'images':[{'uri':'p.png'},{'uri':'missing.png'},{'uri':'text.png','name':'no image'},{'uri':'p.png','name':'twice'},"
-    "{'bufferView':5,'mimeType':'image/png'},{'uri':'data:image/png;base64,iVBORw0KGgo='}],'alpha':0}";
+    "'images':[{'uri':'p.png'},{'uri':'missing.png'},{'uri':'text.png','name':'no "
+    "image'},{'uri':'p.png','name':'twice'},"
+    "{'bufferView':5,'mimeType':'image/png'},{'uri':'data:image/"
+    "png;base64,iVBORw0KGgo='}],'alpha':0}";
 
 static void test_awkward(void **state)
 {
     (void)state;
     put_file("b.bin", &maker_tetra, sizeof maker_tetra);
     put_file("c c.bin", &maker_tetra, sizeof maker_tetra);
-    put_file("a.bin", "0123456789abcdefXY", 18); /* four odd floats; two bytes more than are declared */
+    put_file("a.bin", "0123456789abcdefXY",
+             18); /* four odd floats; two bytes more than are declared */
     put_file("p.png", "\x89PNG\r\n\x1a\nnot really", 18);
     put_file("text.png", "hello", 5);
     static const char *const first[] = {
-        "{'byteLength':16,'uri':'a.bin'}", "{'byteLength':16,'uri':'data:;base64,AAAAAAAAAAAAAAAAAAAAAA=='}",
+        "{'byteLength':16,'uri':'a.bin'}",
+        "{'byteLength':16,'uri':'data:;base64,AAAAAAAAAAAAAAAAAAAAAA=='}",
         "{'byteLength':16,'uri':'not-there.bin','extras':[1]}", "{'byteLength':16}"};
     for (int i = 0; i < 4; i++) {
         char *one = maker_json(awkward, "BUF", "2"), *two = maker_json(one, "BUF", "2");
@@ -293,21 +316,30 @@ static void test_awkward(void **state)
         assert_null(json_object_get(json_array_get(buffers, 0), "uri"));
         assert_int_equal(again->document->buffer[0].source, DPH_GLTF_BIN);
         if (i == 2) /* what could not be read is still named */
-            assert_string_equal(json_string_value(json_object_get(json_array_get(buffers, 1), "uri")), "not-there.bin");
+            assert_string_equal(json_string_value(
+                                    json_object_get(json_array_get(buffers, 1), "uri")),
+                                "not-there.bin");
         /* pictures: two of one file share a view, text is no picture */
         const json_t *images = json_object_get(root, "images");
         assert_true(json_equal(json_object_get(json_array_get(images, 0), "bufferView"),
                                json_object_get(json_array_get(images, 3), "bufferView")));
-        assert_string_equal(json_string_value(json_object_get(json_array_get(images, 0), "mimeType")), "image/png");
-        assert_string_equal(json_string_value(json_object_get(json_array_get(images, 1), "uri")), "missing.png");
-        assert_string_equal(json_string_value(json_object_get(json_array_get(images, 2), "uri")), "text.png");
+        assert_string_equal(json_string_value(
+                                json_object_get(json_array_get(images, 0), "mimeType")),
+                            "image/png");
+        assert_string_equal(json_string_value(json_object_get(json_array_get(images, 1), "uri")),
+                            "missing.png");
+        assert_string_equal(json_string_value(json_object_get(json_array_get(images, 2), "uri")),
+                            "text.png");
         /* extras */
-        const json_t *primitives = json_object_get(json_array_get(json_object_get(root, "meshes"), 0), "primitives");
+        const json_t *primitives =
+            json_object_get(json_array_get(json_object_get(root, "meshes"), 0), "primitives");
         json_t *extras[4];
         for (size_t p = 0; p < 4; p++)
             extras[p] = json_object_get(json_array_get(primitives, p), "extras");
         assert_string_equal(json_string_value(json_object_get(extras[0], "extras")), "text");
-        assert_int_equal(json_integer_value(json_object_get(json_object_get(extras[1], "diaphan"), "other")), 2);
+        assert_int_equal(json_integer_value(
+                             json_object_get(json_object_get(extras[1], "diaphan"), "other")),
+                         2);
         assert_true(json_is_array(json_object_get(json_object_get(extras[2], "diaphan"), "value")));
         assert_null(extras[3]);
         /* the same vertices, the same attributes: the first two primitives share theirs */
@@ -316,7 +348,9 @@ static void test_awkward(void **state)
             snprintf(name, sizeof name, "_THICKNESS_SH_%d", k);
             const json_t *index[3];
             for (size_t p = 0; p < 3; p++)
-                index[p] = json_object_get(json_object_get(json_array_get(primitives, p), "attributes"), name);
+                index[p] =
+                    json_object_get(json_object_get(json_array_get(primitives, p), "attributes"),
+                                    name);
             assert_true(json_equal(index[0], index[1]) && !json_equal(index[0], index[2]));
         }
         assert_int_equal(json_array_size(json_object_get(root, "accessors")), 5 + 18);
@@ -352,22 +386,28 @@ static void test_layout(void **state)
     free(longer);
     free(json);
     struct dph_scene *scene = must_load(in_folder("in.glb"));
-    static const float coefficient[4][4] = {{2, 0, 0, .5f}, {-2, 1, 0, 0}, {1, -.5f, .25f, 0}, {0, 0, 0, 0}};
+    static const float coefficient[4][4] = {{2, 0, 0, .5f},
+                                            {-2, 1, 0, 0},
+                                            {1, -.5f, .25f, 0},
+                                            {0, 0, 0, 0}};
     dph_thickness_destroy(scene->body->thickness);
-    scene->body->thickness = dph_thickness_create(&coefficient[0][0], 4, 2, NULL, 4, DPH_STORE_SNORM16, NULL);
+    scene->body->thickness =
+        dph_thickness_create(&coefficient[0][0], 4, 2, NULL, 4, DPH_STORE_SNORM16, NULL);
     scene->mm_per_unit = .1;
     must_save(scene, in_folder("out.glb"));
     dph_scene_destroy(scene);
     struct dph_file out = must_read(in_folder("out.glb"));
     assert_memory_equal(out.data + out.size - 12, "\4\0\0\0XTRAabcd", 12);
     assert_true(strstr((const char *)out.data + 20,
-                       "{\"version\":1,\"bands\":2,\"order\":\"l*(l+1)+m\",\"condon_shortley\":true,\"scale\":[2.0,1.0],"
+                       "{\"version\":1,\"bands\":2,\"order\":\"l*(l+1)+m\",\"condon_shortley\":"
+                       "true,\"scale\":[2.0,1.0],"
                        "\"definition\":\"inside\",\"fit\":\"sphere\",\"mm_per_unit\":0.1}"));
     struct dph_document *doc = dph_gltf_document_create(&out, "", NULL);
     struct dph_gltf_accessor a;
     float value[16];
     assert_true(dph_gltf_accessor(doc, 2, "", &a, NULL)); /* in the place of the old one */
-    assert_true(a.type == DPH_GLTF_SHORT && a.normalized && a.components == 4 && a.count == 4 && a.stride == 8);
+    assert_true(a.type == DPH_GLTF_SHORT && a.normalized && a.components == 4 && a.count == 4 &&
+                a.stride == 8);
     assert_true(dph_gltf_floats(doc, &a, "", value, NULL));
     for (int i = 0; i < 16; i++)
         assert_true(fabsf(value[i] * (i % 4 ? 1.f : 2.f) - (&coefficient[0][0])[i]) < 1e-4f);
@@ -377,15 +417,18 @@ static void test_layout(void **state)
     dph_file_finish(&out);
 }
 
-/* Compressed geometry stays compressed and in its place; a Draco copy, which has its own order of vertices, goes. */
+/* Compressed geometry stays compressed and in its place; a Draco copy, which has its own order of
+ * vertices, goes. */
 static void test_compressed(void **state)
 {
     (void)state;
-    char *packed = maker_json(maker_tetra_json, "'byteOffset':0,'byteLength':48",
-                              "'byteLength':48,'extensions':{'KHR_meshopt_compression':{'buffer':0,'byteOffset':96,"
-                              "'byteLength':4,'byteStride':12,'count':4,'mode':'ATTRIBUTES'}}");
+    char *packed = maker_json(
+        maker_tetra_json, "'byteOffset':0,'byteLength':48",
+        "'byteLength':48,'extensions':{'KHR_meshopt_compression':{'buffer':0,'byteOffset':96,"
+        "'byteLength':4,'byteStride':12,'count':4,'mode':'ATTRIBUTES'}}");
     char *json = maker_json(packed, "\"indices\":1,",
-                            "'indices':1,'extensions':{'KHR_draco_mesh_compression':{'bufferView':0,'attributes':{}}},");
+                            "'indices':1,'extensions':{'KHR_draco_mesh_compression':{'bufferView':"
+                            "0,'attributes':{}}},");
     struct maker_tetra bin = maker_tetra;
     bin.thickness[3][0] = (int8_t)0xa1; /* a version that is not known, so that the copy is read */
     struct dph_file glb = maker_glb(json, &bin, sizeof bin);
@@ -400,7 +443,8 @@ static void test_compressed(void **state)
     expect_same(json_array_get(json_object_get(scene->document->root, "bufferViews"), 0),
                 json_array_get(json_object_get(root, "bufferViews"), 0), "compressed view");
     const json_t *mesh = json_array_get(json_object_get(root, "meshes"), 0);
-    assert_null(json_object_get(json_array_get(json_object_get(mesh, "primitives"), 0), "extensions"));
+    assert_null(
+        json_object_get(json_array_get(json_object_get(mesh, "primitives"), 0), "extensions"));
     /* the compressed bytes lie where the old thickness was, so nothing was cut off */
     assert_true(again->document->buffer[0].size > sizeof bin);
     assert_memory_equal(again->document->buffer[0].data, &bin, sizeof bin);
@@ -417,7 +461,8 @@ static void test_plain(void **state)
     static const size_t sizes[] = {3, 100, 65535, 65536, 70000};
     for (int unshared = 0; unshared < 2; unshared++)
         for (size_t s = 0; s < sizeof sizes / sizeof *sizes; s++) {
-            size_t nvert = unshared ? sizes[s] / 3 * 3 : sizes[s], ntri = unshared ? nvert / 3 : nvert - 2;
+            size_t nvert = unshared ? sizes[s] / 3 * 3 : sizes[s],
+                   ntri = unshared ? nvert / 3 : nvert - 2;
             struct dph_mesh mesh = {0};
             assert_true(dph_mesh_init(&mesh, nvert, ntri, s % 2, s % 3 == 0, NULL));
             for (size_t v = 0; v < nvert; v++) {
@@ -439,13 +484,16 @@ static void test_plain(void **state)
             struct dph_scene *again = must_load(in_folder("plain.glb"));
             compare_scenes(scene, again);
             const json_t *primitive = json_array_get(
-                json_object_get(json_array_get(json_object_get(again->document->root, "meshes"), 0), "primitives"), 0);
+                json_object_get(json_array_get(json_object_get(again->document->root, "meshes"), 0),
+                                "primitives"),
+                0);
             bool indexed = json_object_get(primitive, "indices") != NULL;
             assert_true(indexed == !unshared || nvert == 3);
             if (scene->body->mesh.normal)
                 assert_memory_equal(scene->body->mesh.normal, again->body->mesh.normal, nvert * 12);
             if (scene->body->mesh.texcoord)
-                assert_memory_equal(scene->body->mesh.texcoord, again->body->mesh.texcoord, nvert * 8);
+                assert_memory_equal(scene->body->mesh.texcoord, again->body->mesh.texcoord,
+                                    nvert * 8);
             dph_scene_destroy(scene);
             dph_scene_destroy(again);
         }
@@ -455,7 +503,8 @@ static void test_numbers(void **state)
 {
     (void)state;
     /* every number that JSON was given reads back as it was */
-    static const char text[] = "[0.1,1e22,1.0,-0.0,5e-324,1.7976931348623157e308,0.30000000000000004,1,9007199254740993]";
+    static const char text[] =
+        "[0.1,1e22,1.0,-0.0,5e-324,1.7976931348623157e308,0.30000000000000004,1,9007199254740993]";
     json_t *json = json_loads(text, 0, NULL);
     struct dph_gltf_output out = {.root = json};
     assert_true(dph_gltf_emit(&out, in_folder("numbers.glb"), NULL, 0, NULL));
@@ -516,9 +565,10 @@ static int tear_down(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_models),  cmocka_unit_test(test_awkward), cmocka_unit_test(test_layout),
-        cmocka_unit_test(test_compressed),
-        cmocka_unit_test(test_plain),   cmocka_unit_test(test_numbers), cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_models),   cmocka_unit_test(test_awkward),
+        cmocka_unit_test(test_layout),   cmocka_unit_test(test_compressed),
+        cmocka_unit_test(test_plain),    cmocka_unit_test(test_numbers),
+        cmocka_unit_test(test_refusals),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

@@ -16,7 +16,8 @@
 static char path[64];
 
 /* A file of that ending in the temporary folder; loaded and removed again. */
-static struct dph_scene *load(const char *ending, const void *data, size_t size, struct dph_error *err)
+static struct dph_scene *load(const char *ending, const void *data, size_t size,
+                              struct dph_error *err)
 {
     snprintf(path, sizeof path, "/tmp/diaphan-scene-%ld%s", (long)getpid(), ending);
     FILE *file = fopen(path, "wb");
@@ -44,14 +45,20 @@ static double volume(const struct dph_mesh *mesh)
     return stats.volume;
 }
 
-static const char obj[] = "v 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 3\nv 50 50 50\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
-static const char ply[] = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
-                          "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
-static const char stl[] = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a\n";
-static const char gltf[] =
-    " \n{\"asset\":{\"version\":\"2.0\"},\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0}}]}],\"nodes\":[{\"mesh\":0}],"
-    "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"}],\"bufferViews\":[{\"buffer\":0,"
-    "\"byteLength\":36}],\"buffers\":[{\"byteLength\":36,\"uri\":\"data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA\"}]}";
+static const char obj[] =
+    "v 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 3\nv 50 50 50\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+static const char ply[] = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty "
+                          "float y\nproperty float z\n"
+                          "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 "
+                          "0\n1 0 0\n0 1 0\n3 0 1 2\n";
+static const char stl[] = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 "
+                          "0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a\n";
+static const char gltf[] = " \n{\"asset\":{\"version\":\"2.0\"},\"meshes\":[{\"primitives\":[{"
+                           "\"attributes\":{\"POSITION\":0}}]}],\"nodes\":[{\"mesh\":0}],"
+                           "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":3,"
+                           "\"type\":\"VEC3\"}],\"bufferViews\":[{\"buffer\":0,"
+                           "\"byteLength\":36}],\"buffers\":[{\"byteLength\":36,\"uri\":\"data:;"
+                           "base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA\"}]}";
 
 /* By content where it says enough, whatever the ending; else by the ending. */
 static void test_formats(void **state)
@@ -73,7 +80,8 @@ static void test_formats(void **state)
         assert_null(scene->body->mesh.normal); /* flat, as glTF says */
         dph_scene_destroy(scene);
     }
-    static const char *const others[] = {".obj", "", ".OBJ"}, *const solids[] = {".stl", ".xyz", ".StL"};
+    static const char *const others[] = {".obj", "", ".OBJ"}, *const solids[] = {".stl", ".xyz",
+                                                                                 ".StL"};
     for (int i = 0; i < 3; i++) {
         struct dph_scene *scene = load_text(others[i], obj);
         assert_int_equal(scene->body->mesh.ntri, 4);
@@ -125,34 +133,40 @@ static void test_turning(void **state)
 {
     (void)state;
     static const char *const normals[] = {
-        "vn -1 -1 -1\nvn 1 0 0\nvn 0 1 0\nvn 0 0 1\nf 1//1 2//2 3//3\nf 1//1 4//4 2//2\nf 1//1 3//3 4//4\nf 2//2 4//4 3//3\n",
-        "vn 1 1 1\nvn -1 0 0\nvn 0 -1 0\nvn 0 0 -1\nf 1//1 2//2 3//3\nf 1//1 4//4 2//2\nf 1//1 3//3 4//4\nf 2//2 4//4 3//3\n",
+        "vn -1 -1 -1\nvn 1 0 0\nvn 0 1 0\nvn 0 0 1\nf 1//1 2//2 3//3\nf 1//1 4//4 2//2\nf 1//1 "
+        "3//3 4//4\nf 2//2 4//4 3//3\n",
+        "vn 1 1 1\nvn -1 0 0\nvn 0 -1 0\nvn 0 0 -1\nf 1//1 2//2 3//3\nf 1//1 4//4 2//2\nf 1//1 "
+        "3//3 4//4\nf 2//2 4//4 3//3\n",
         "f 1 2 3\nf 1 4 2\nf 1 3 4\nf 2 4 3\n"};
     for (int i = 0; i < 3; i++) {
         char text[512];
-        snprintf(text, sizeof text, "v 10 10 10\nv 11 10 10\nv 10 11 10\nv 10 10 11\n%s", normals[i]);
+        snprintf(text, sizeof text, "v 10 10 10\nv 11 10 10\nv 10 11 10\nv 10 10 11\n%s",
+                 normals[i]);
         struct dph_scene *scene = load_text(".obj", text);
         const struct dph_mesh *mesh = &scene->body->mesh;
         assert_true(fabs(volume(mesh) - 1. / 6) < 1e-5);
         assert_int_equal(scene->nwarning, 1);
         assert_non_null(strstr(scene->warning[0], "negative volume"));
-        for (size_t t = 0; t < mesh->ntri; t++) /* every corner's normal looks away from the middle */
+        for (size_t t = 0; t < mesh->ntri;
+             t++) /* every corner's normal looks away from the middle */
             for (int k = 0; k < 3; k++) {
                 size_t v = mesh->index[3 * t + (size_t)k];
                 double out = 0;
                 for (int c = 0; c < 3; c++)
-                    out += mesh->normal[3 * v + (size_t)c] * (mesh->position[3 * v + (size_t)c] - 10.25);
+                    out += mesh->normal[3 * v + (size_t)c] *
+                           (mesh->position[3 * v + (size_t)c] - 10.25);
                 assert_true(out > 0);
             }
         dph_scene_destroy(scene);
     }
     /* the same with a face missing is not closed and stays as it is */
-    struct dph_scene *scene = load_text(".obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 4 2\nf 1 3 4\n");
+    struct dph_scene *scene =
+        load_text(".obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 4 2\nf 1 3 4\n");
     assert_int_equal(scene->nwarning, 0);
     dph_scene_destroy(scene);
 }
 
-/* The file's own triangles are never changed: turned in memory, written as they were, turned again. */
+/* The file itself is never changed: turned in memory, written as it was, turned again. */
 static void test_turned_document(void **state)
 {
     (void)state;
@@ -224,12 +238,15 @@ static void test_models(void **state)
         assert_int_equal(scene->body->mesh.ntri, models[i].triangles);
         assert_true(dph_mesh_measure(&scene->body->mesh, &stats, NULL));
         if (stats.positions > models[i].positions || stats.positions + 1200 < models[i].positions)
-            fail_msg("%s: %zu positions", models[i].file, stats.positions); /* the scans have unused vertices */
+            fail_msg("%s: %zu positions", models[i].file,
+                     stats.positions); /* the scans have unused vertices */
         assert_non_null(scene->body->mesh.normal);
         for (int c = 0; c < 3; c++) {
             double digits = 6e-4 * fmax(fabs(models[i].low[c]), fabs(models[i].high[c]));
-            if (fabs(scene->bounds[0][c] - models[i].low[c]) > digits || fabs(scene->bounds[1][c] - models[i].high[c]) > digits)
-                fail_msg("%s: axis %d from %g to %g", models[i].file, c, scene->bounds[0][c], scene->bounds[1][c]);
+            if (fabs(scene->bounds[0][c] - models[i].low[c]) > digits ||
+                fabs(scene->bounds[1][c] - models[i].high[c]) > digits)
+                fail_msg("%s: axis %d from %g to %g", models[i].file, c, scene->bounds[0][c],
+                         scene->bounds[1][c]);
         }
         dph_scene_destroy(scene);
     }
@@ -238,8 +255,9 @@ static void test_models(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_formats), cmocka_unit_test(test_body),      cmocka_unit_test(test_turning),
-        cmocka_unit_test(test_turned_document), cmocka_unit_test(test_save_bare), cmocka_unit_test(test_models),
+        cmocka_unit_test(test_formats),   cmocka_unit_test(test_body),
+        cmocka_unit_test(test_turning),   cmocka_unit_test(test_turned_document),
+        cmocka_unit_test(test_save_bare), cmocka_unit_test(test_models),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,8 +1,10 @@
-/* mesh/gltf.h - what the glTF files share: document, buffers, views, accessors.      Tier 1, private.
+/* mesh/gltf.h - what the glTF files share: document, buffers, views, accessors.
+ * Tier 1, private.
  *
- * glTF 2.0 (ISO/IEC 12113). A document owns the parsed JSON and every buffer. It is filled by dph_gltf_document_create and only read
- * afterwards, except for the cache of decompressed views, which is emptied when the reader is done. Functions that take
- * `place` put it into their messages after the file's path: "model.glb: meshes[3].primitives[0].attributes.POSITION: ...". */
+ * glTF 2.0 (ISO/IEC 12113). A document owns the parsed JSON and every buffer. It is filled by
+ * dph_gltf_document_create and only read afterwards, except for the cache of decompressed views,
+ * which is emptied when the reader is done. Functions that take `place` put it into their messages
+ * after the file's path: "model.glb: meshes[3].primitives[0].attributes.POSITION: ...". */
 #ifndef DPH_MESH_GLTF_H
 #define DPH_MESH_GLTF_H
 
@@ -28,7 +30,7 @@ struct dph_gltf_part {
 };
 
 struct dph_document {
-    char *path;                 /* for messages; its folder holds the external files; "": there are none */
+    char *path;                 /* for messages; external files are beside it; "": there are none */
     json_t *root;
     struct dph_file file;       /* the GLB itself; empty for .gltf                                */
     size_t chunks_at;           /* where chunks beyond JSON and BIN begin in `file`               */
@@ -49,8 +51,8 @@ struct dph_document {
 bool dph_gltf_fail(const struct dph_document *doc, const char *place, enum dph_code code,
                    struct dph_error *err, const char *format, ...)
     __attribute__((format(printf, 5, 6)));
-/* Members of an object, checked. A missing one is `fallback`, or an error where that is DPH_GLTF_REQUIRED; values are at most
- * `limit`. */
+/* Members of an object, checked. A missing one is `fallback`, or an error where that is
+ * DPH_GLTF_REQUIRED; values are at most `limit`. */
 bool dph_gltf_size(const struct dph_document *doc, const json_t *object, const char *key,
                    const char *place, size_t fallback, size_t limit, size_t *value,
                    struct dph_error *err);
@@ -59,19 +61,22 @@ bool dph_gltf_array(const struct dph_document *doc, const json_t *object, const 
                     const char *place, json_t **array, struct dph_error *err);
 bool dph_gltf_object(const struct dph_document *doc, const json_t *object, const char *key,
                      const char *place, json_t **value, struct dph_error *err);
-/* `count` finite numbers; an absent member leaves `value` as it is and sets *found (Nullable) to false. */
+/* `count` finite numbers; an absent member leaves `value` as it is and sets *found (Nullable) to
+ * false. */
 bool dph_gltf_numbers(const struct dph_document *doc, const json_t *object, const char *key,
                       const char *place, size_t count, double *value, bool *found,
                       struct dph_error *err);
-/* The same of parts of the file that nothing has checked: SIZE_MAX where it is no count, 0 where it is missing. */
+/* The same of parts of the file that nothing has checked: SIZE_MAX where it is no count, 0 where it
+ * is missing. */
 size_t dph_gltf_unchecked(const json_t *object, const char *key);
 /* Element `i` of a root array, which must be an object; `place` names who refers to it. */
-bool dph_gltf_element(const struct dph_document *doc, const char *array, size_t i, const char *place,
-                      json_t **element, struct dph_error *err);
+bool dph_gltf_element(const struct dph_document *doc, const char *array, size_t i,
+                      const char *place, json_t **element, struct dph_error *err);
 /* The extension object under either name (the second Nullable), NULL where there is none. */
 json_t *dph_gltf_extension(const json_t *object, const char *name, const char *other);
 
-/* Writes compact JSON; member order is kept and numbers read back as they were. `sink` returns false to stop. */
+/* Writes compact JSON; member order is kept and numbers read back as they were. `sink` returns
+ * false to stop. */
 typedef bool dph_gltf_sink(void *user, const char *text, size_t size);
 bool dph_gltf_dump(json_t *json, dph_gltf_sink *sink, void *user);
 /* The number with the fewest digits that reads back as this float. */
@@ -97,7 +102,7 @@ bool dph_gltf_view(struct dph_document *doc, size_t i, const char *place,
 /* Frees decompressed views. */
 void dph_gltf_forget_views(struct dph_document *doc);
 
-/* gltf_meshopt.c: decompresses a view described by EXT_meshopt_compression into `size` fresh bytes. */
+/* gltf_meshopt.c: decompresses a view described by EXT_meshopt_compression into `size` bytes. */
 bool dph_gltf_meshopt(const struct dph_document *doc, const json_t *extension, size_t size,
                       const char *place, unsigned char **out, struct dph_error *err);
 
@@ -128,8 +133,8 @@ size_t dph_gltf_component_size(enum dph_gltf_component type);
 const char *dph_gltf_component_name(enum dph_gltf_component type);
 bool dph_gltf_accessor(struct dph_document *doc, size_t i, const char *place,
                        struct dph_gltf_accessor *accessor, struct dph_error *err);
-/* The accessor that member `key` of `object` names; *found (Nullable) is false where there is none, without it the member is
- * required. */
+/* The accessor that member `key` of `object` names; *found (Nullable) is false where there is none,
+ * without it the member is required. */
 bool dph_gltf_accessor_at(struct dph_document *doc, const json_t *object, const char *key,
                           const char *place, bool *found, struct dph_gltf_accessor *accessor,
                           struct dph_error *err);
@@ -142,19 +147,21 @@ void dph_gltf_uints(const struct dph_gltf_accessor *accessor, uint32_t *out /* (
 /* The stored bytes, element e going to out + e * stride. */
 void dph_gltf_raw(const struct dph_gltf_accessor *accessor, unsigned char *out, size_t stride);
 
-/* gltf_nodes.c: instances of the default scene. `body_of` (nmesh): body of a mesh, SIZE_MAX where it has none. */
+/* gltf_nodes.c: instances of the default scene. `body_of` (nmesh): body of a mesh, SIZE_MAX where
+ * it has none. */
 bool dph_gltf_read_nodes(struct dph_scene *scene, struct dph_document *doc, const size_t *body_of,
                          size_t nmesh, struct dph_error *err);
 
-/* gltf_thickness.c: the baked attributes of a body, parts first .. last - 1; leaves `thickness` NULL where there are none.
- * *mm_per_unit is set where the file says it. */
+/* gltf_thickness.c: the baked attributes of a body, parts first .. last - 1; leaves `thickness`
+ * NULL where there are none. *mm_per_unit is set where the file says it. */
 bool dph_gltf_read_thickness(struct dph_document *doc, struct dph_body *body, size_t first,
                              size_t last, double *mm_per_unit, struct dph_error *err);
-/* Attribute names are matched without regard to case, because some tools change it. Returns the name as the file has it, NULL: absent. */
+/* Attribute names are matched without regard to case, because some tools change it. Returns the
+ * name as the file has it, NULL: absent. */
 const char *dph_gltf_thickness_name(json_t *attributes, int i);
 
-/* gltf_output.c: a GLB being made. The binary chunk is a list of pieces that are written as they are asked for, so that nothing is
- * copied. */
+/* gltf_output.c: a GLB being made. The binary chunk is a list of pieces that are written as they
+ * are asked for, so that nothing is copied. */
 struct dph_gltf_piece {
     enum { DPH_GLTF_BYTES = 0, DPH_GLTF_ROWS, DPH_GLTF_SHORTS } kind;
     const void *data;                     /* bytes, or the uint32_t of DPH_GLTF_SHORTS            */
@@ -183,7 +190,8 @@ size_t dph_gltf_put_rows(struct dph_gltf_output *out, const struct dph_thickness
 /* Setting members; a failure (also a NULL value) is remembered in out->memory. */
 void dph_gltf_set(struct dph_gltf_output *out, json_t *object, const char *key, json_t *value);
 void dph_gltf_append(struct dph_gltf_output *out, json_t *array, json_t *value);
-/* Replaces a member (an element) by a shallow copy of it that may be changed, made where it is missing. */
+/* Replaces a member (an element) by a shallow copy of it that may be changed, made where it is
+ * missing. */
 json_t *dph_gltf_own_array(struct dph_gltf_output *out, json_t *object, const char *key);
 json_t *dph_gltf_own_object(struct dph_gltf_output *out, json_t *object, const char *key);
 json_t *dph_gltf_own_element(struct dph_gltf_output *out, json_t *array, size_t i);
@@ -192,8 +200,9 @@ bool dph_gltf_emit(const struct dph_gltf_output *out, const char *path, const vo
                    size_t chunks_size, struct dph_error *err);
 void dph_gltf_output_finish(struct dph_gltf_output *out);
 
-/* gltf_embed.c: brings the buffers and images of a document into the binary chunk, first of all pieces. `keep`: bytes of the
- * first buffer that are kept. Afterwards buffer 0 is the binary chunk; dph_gltf_close_buffer gives it its size. */
+/* gltf_embed.c: brings the buffers and images of a document into the binary chunk, first of all
+ * pieces. `keep`: bytes of the first buffer that are kept. Afterwards buffer 0 is the binary chunk;
+ * dph_gltf_close_buffer gives it its size. */
 bool dph_gltf_embed(struct dph_gltf_output *out, const struct dph_document *doc, size_t keep,
                     struct dph_error *err);
 void dph_gltf_close_buffer(struct dph_gltf_output *out);
@@ -211,8 +220,8 @@ void dph_gltf_slots_finish(struct dph_gltf_slots *slots);
 /* Puts `value` into a free slot or at the end of the array of that name; returns its index. */
 size_t dph_gltf_place(struct dph_gltf_output *out, const char *array, size_t *slot, size_t *nslot,
                       json_t *value);
-/* Gets rid of slots that were not taken: at the end of the array they go, elsewhere a copy of the last
- * element takes their place. */
+/* Gets rid of slots that were not taken: at the end of the array they go, elsewhere a copy of the
+ * last element takes their place. */
 void dph_gltf_fill_slots(struct dph_gltf_output *out, const char *array, const size_t *slot,
                          size_t nslot);
 /* "_THICKNESS_SH_" and a digit, in any case. */

@@ -1,5 +1,6 @@
-/* glTF: accessors, typed arrays inside buffer views: strided, normalized, sparse. Everything is checked when an accessor is
- * opened, so that reading it cannot fail but for numbers that are not finite. */
+/* glTF: accessors, typed arrays inside buffer views: strided, normalized, sparse. Everything is
+ * checked when an accessor is opened, so that reading it cannot fail but for numbers that are not
+ * finite. */
 #include "mesh/gltf.h"
 
 #include "core/fail.h"
@@ -8,8 +9,8 @@
 #include <stdio.h>
 #include <string.h>
 
-/* An accessor without data is all zeros, so a few bytes could ask for any memory. Real ones get nearly all of their elements from
- * `sparse`. */
+/* An accessor without data is all zeros, so a few bytes could ask for any memory. Real ones get
+ * nearly all of their elements from `sparse`. */
 #define ZEROS_LIMIT ((size_t)1 << 20)
 
 size_t dph_gltf_component_size(enum dph_gltf_component type)
@@ -87,7 +88,8 @@ static bool component_type(const struct dph_document *doc, const json_t *object,
         return false;
     *type = (enum dph_gltf_component)(value <= 5126 ? value : 0);
     if (!dph_gltf_component_size(*type))
-        return dph_gltf_fail(doc, own, DPH_ERROR_INPUT, err, "componentType %zu is not known", value);
+        return dph_gltf_fail(doc, own, DPH_ERROR_INPUT, err, "componentType %zu is not known",
+                             value);
     return true;
 }
 
@@ -271,7 +273,8 @@ void dph_gltf_uints(const struct dph_gltf_accessor *a, uint32_t *out)
                       a->sparse_type)] = read_uint(a->sparse_value + i * size, a->type);
 }
 
-/* A host that stores numbers the other way round would need its bytes turned here; everything else is independent of it. */
+/* A host that stores numbers the other way round would need its bytes turned here; everything else
+ * is independent of it. */
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "glTF is little-endian");
 
 void dph_gltf_raw(const struct dph_gltf_accessor *a, unsigned char *out, size_t stride)

@@ -246,7 +246,8 @@ bool dph_gltf_external(const struct dph_document *doc, const char *uri, struct d
     size_t decoded = percent_decode(path + folder);
     bool ok = false;
     if (strlen(path + folder) != decoded) {
-        dph_gltf_fail(doc, "", DPH_ERROR_INPUT, err, "\"%.100s\": a file name with a zero byte", uri);
+        dph_gltf_fail(doc, "", DPH_ERROR_INPUT, err, "\"%.100s\": a file name with a zero byte",
+                      uri);
     } else {
         ok = dph_file_load(file, path, FILE_LIMIT, err);
         if (!ok && decoded != length) { /* some exporters do not encode a '%' that is meant */
@@ -307,7 +308,8 @@ static bool load_buffer(struct dph_document *doc, size_t i, const struct glb *gl
         return buffer->problem || dph_fail_memory(err);
     if (have < buffer->size)
         return dph_gltf_fail(doc, place, DPH_ERROR_INPUT, err,
-                             "byteLength is %zu, its data ends after %zu bytes", buffer->size, have);
+                             "byteLength is %zu, its data ends after %zu bytes", buffer->size,
+                             have);
     doc->total += buffer->size;
     if (doc->total > FILE_LIMIT)
         return dph_gltf_fail(doc, place, DPH_ERROR_LIMIT, err,

@@ -1,7 +1,9 @@
-/* glTF: one file out of many. The binary chunk of a GLB is buffer 0 without a uri. What was buffer 0 becomes its beginning, so that
- * its views stay as they are; other buffers in files of their own are put behind it, and their views follow them. Buffers keep
- * their numbers: one whose content has moved stays as a placeholder of one byte. Only where buffer 0 cannot be had (a missing file, or
- * the empty fallback of compressed views) a new one is put before all, and every reference goes up by one. */
+/* glTF: one file out of many. The binary chunk of a GLB is buffer 0 without a uri. What was buffer
+ * 0 becomes its beginning, so that its views stay as they are; other buffers in files of their own
+ * are put behind it, and their views follow them. Buffers keep their numbers: one whose content has
+ * moved stays as a placeholder of one byte. Only where buffer 0 cannot be had (a missing file, or
+ * the empty fallback of compressed views) a new one is put before all, and every reference goes up
+ * by one. */
 #include "mesh/gltf.h"
 
 #include "core/fail.h"
@@ -23,7 +25,8 @@ static void redirect(struct dph_gltf_output *out, json_t *object, const size_t *
     if (base[buffer] != SIZE_MAX) {
         dph_gltf_set(out, object, "buffer", json_integer(0));
         if (base[buffer])
-            dph_gltf_set(out, object, "byteOffset", json_integer((json_int_t)(offset + base[buffer])));
+            dph_gltf_set(out, object, "byteOffset",
+                         json_integer((json_int_t)(offset + base[buffer])));
     } else if (shift) {
         dph_gltf_set(out, object, "buffer", json_integer((json_int_t)(buffer + shift)));
     }
@@ -43,7 +46,8 @@ static void redirect_views(struct dph_gltf_output *out, const size_t *base, size
             if (!dph_gltf_extension(view, compression[k], NULL))
                 continue;
             json_t *extensions = dph_gltf_own_object(out, view, "extensions");
-            redirect(out, dph_gltf_own_object(out, extensions, compression[k]), base, nbuffer, shift);
+            redirect(out, dph_gltf_own_object(out, extensions, compression[k]), base, nbuffer,
+                     shift);
         }
     }
 }
@@ -68,7 +72,8 @@ static const char *media_type(const struct dph_file *file)
     return NULL;
 }
 
-/* Takes in the images that lie beside the document. One that cannot be read, or is no image, keeps its uri. */
+/* Takes in the images that lie beside the document. One that cannot be read, or is no image, keeps
+ * its uri. */
 static void embed_images(struct dph_gltf_output *out, const struct dph_document *doc)
 {
     if (!json_array_size(json_object_get(out->root, "images")))
@@ -113,7 +118,8 @@ bool dph_gltf_embed(struct dph_gltf_output *out, const struct dph_document *doc,
                     struct dph_error *err)
 {
     size_t n = doc->nbuffer, shift = n && doc->buffer[0].data ? 0 : 1;
-    size_t *base = dph_alloc(n, sizeof *base); /* where a buffer's content begins, SIZE_MAX: stays */
+    size_t *base =
+        dph_alloc(n, sizeof *base); /* where a buffer's content begins, SIZE_MAX: stays */
     json_t *buffers = dph_gltf_own_array(out, out->root, "buffers");
     if (!base || !buffers) {
         free(base);

@@ -115,8 +115,8 @@ bool dph_gltf_numbers(const struct dph_document *doc, const json_t *object, cons
     return true;
 }
 
-bool dph_gltf_element(const struct dph_document *doc, const char *array, size_t i, const char *place,
-                      json_t **element, struct dph_error *err)
+bool dph_gltf_element(const struct dph_document *doc, const char *array, size_t i,
+                      const char *place, json_t **element, struct dph_error *err)
 {
     json_t *list;
     if (!dph_gltf_array(doc, doc->root, array, "", &list, err))
@@ -154,7 +154,8 @@ double dph_gltf_shortest(float value)
     return value;
 }
 
-/* A double with the fewest digits that read back as it, always with a point or an exponent, so that it stays a real number. */
+/* A double with the fewest digits that read back as it, always with a point or an exponent, so that
+ * it stays a real number. */
 static bool dump_real(double value, dph_gltf_sink *sink, void *user)
 {
     char text[40];

@@ -1,7 +1,7 @@
 /* glTF: EXT_meshopt_compression (and KHR_meshopt_compression in its form), by libmeshoptimizer.
  *
- * The decoders accept hostile data; what they do not do is to bound the memory that a few bytes ask for, so that is done
- * here from the codecs' densest encodings. */
+ * The decoders accept hostile data; what they do not do is to bound the memory that a few bytes ask
+ * for, so that is done here from the codecs' densest encodings. */
 #include "mesh/gltf.h"
 
 #include "core/fail.h"

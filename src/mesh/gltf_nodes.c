@@ -1,7 +1,8 @@
 /* glTF: the node hierarchy, flattened into instances of the default scene.
  *
- * Nodes form a forest: nobody has two parents and no node is its own ancestor. Both are checked over the whole file before anything
- * is drawn. Walks use an explicit stack, so that a chain of a million nodes costs memory and no stack. */
+ * Nodes form a forest: nobody has two parents and no node is its own ancestor. Both are checked
+ * over the whole file before anything is drawn. Walks use an explicit stack, so that a chain of a
+ * million nodes costs memory and no stack. */
 #include "mesh/gltf.h"
 
 #include "core/fail.h"
@@ -13,7 +14,7 @@
 #include <string.h>
 
 #define NO_NODE SIZE_MAX
-/* Instances that one file may ask for. Each costs 72 bytes, and EXT_mesh_gpu_instancing multiplies. */
+/* Instances that one file may ask for: each costs 72 bytes, EXT_mesh_gpu_instancing multiplies. */
 #define INSTANCE_LIMIT ((size_t)1 << 24)
 
 /* One walk over the forest. */
@@ -177,7 +178,8 @@ static bool add_instance(struct walk *w, size_t body, const double matrix[16], c
     return true;
 }
 
-/* EXT_mesh_gpu_instancing: further copies, each by its own translation, rotation and scale inside the node. */
+/* EXT_mesh_gpu_instancing: further copies, each by its own translation, rotation and scale inside
+ * the node. */
 static bool add_gpu_instances(struct walk *w, const json_t *extension, size_t body,
                               const double world[16], const char *place, struct dph_error *err)
 {
@@ -302,7 +304,8 @@ static bool push_roots(struct walk *w, size_t *depth, struct dph_error *err)
                                  "element %zu is nodes[%zu], a child of nodes[%zu] and no root", k,
                                  node, w->parent[node]);
         if (w->named[node])
-            return dph_gltf_fail(w->doc, place, DPH_ERROR_INPUT, err, "names nodes[%zu] twice", node);
+            return dph_gltf_fail(w->doc, place, DPH_ERROR_INPUT, err, "names nodes[%zu] twice",
+                                 node);
         w->named[node] = true;
         w->stack[(*depth)++] = node;
     }

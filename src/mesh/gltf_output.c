@@ -19,7 +19,8 @@ static struct dph_gltf_piece *put(struct dph_gltf_output *out, size_t size, size
     }
     out->piece = grown;
     struct dph_gltf_piece *piece = &grown[out->npiece++];
-    *piece = (struct dph_gltf_piece){.offset = (out->size + align - 1) / align * align, .size = size};
+    *piece =
+        (struct dph_gltf_piece){.offset = (out->size + align - 1) / align * align, .size = size};
     out->size = piece->offset + size;
     return piece;
 }
@@ -80,7 +81,8 @@ static void write_rows(struct dph_output *file, const struct dph_gltf_piece *pie
     size_t size = dph_store_size(t->store), row = (size_t)t->components * size, four = 4 * size;
     unsigned char block[16 * 1024]; /* holds at least 1,024 groups of four floats */
     for (size_t plane = 0; plane < (size_t)t->components / 4; plane++) {
-        const unsigned char *from = (const unsigned char *)t->data + piece->first * row + plane * four;
+        const unsigned char *from =
+            (const unsigned char *)t->data + piece->first * row + plane * four;
         for (size_t done = 0; done < piece->count;) {
             size_t n = piece->count - done < 1024 ? piece->count - done : 1024;
             for (size_t v = 0; v < n; v++)
@@ -181,9 +183,11 @@ bool dph_gltf_emit(const struct dph_gltf_output *out, const char *path, const vo
     uint64_t json = (count.size + 3) & ~(uint64_t)3, bin = ((uint64_t)out->size + 3) & ~(uint64_t)3;
     uint64_t total = 12 + 8 + json + (bin ? 8 + bin : 0) + chunks_size;
     if (total > UINT32_MAX)
-        return dph_fail(err, DPH_ERROR_OUTPUT,
-                        "%s: would have %llu bytes, a GLB holds 4 GiB; store fewer bands or smaller "
-                        "numbers", path, (unsigned long long)total);
+        return dph_fail(
+            err, DPH_ERROR_OUTPUT,
+            "%s: would have %llu bytes, a GLB holds 4 GiB; store fewer bands or smaller "
+            "numbers",
+            path, (unsigned long long)total);
     struct dph_output *file = dph_output_open(path, err);
     if (!file)
         return false;

@@ -1,10 +1,12 @@
 /* glTF: meshes become bodies.
  *
- * A body's rows are the POSITION accessors of its triangle primitives one after the other, row for row, so that what is computed a row can
- * go back as a vertex attribute. Strips and fans are unrolled (glTF 2.0, section 3.7.2.1). Points and lines are left out.
+ * A body's rows are the POSITION accessors of its triangle primitives one after the other, row for
+ * row, so that what is computed a row can go back as a vertex attribute. Strips and fans are
+ * unrolled (glTF 2.0, section 3.7.2.1). Points and lines are left out.
  *
- * Meshes come in their rest pose: a skin's bind pose, and morph targets not applied, whatever the default weights say. Targets belong
- * to an animation, and a bake of the undeformed body is the one that all of its poses share. */
+ * Meshes come in their rest pose: a skin's bind pose, and morph targets not applied, whatever the
+ * default weights say. Targets belong to an animation, and a bake of the undeformed body is the one
+ * that all of its poses share. */
 #include "mesh/gltf.h"
 
 #include "core/fail.h"
@@ -15,8 +17,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Several meshes may use the same accessors, so that a small file could ask for any memory: what is beyond this many rows and indices must
- * be in proportion to the bytes there are. */
+/* Several meshes may use the same accessors, so that a small file could ask for any memory: what is
+ * beyond this many rows and indices must be in proportion to the bytes there are. */
 #define FREE_ROWS ((size_t)1 << 24)
 #define ROWS_PER_BYTE 16
 
@@ -53,8 +55,9 @@ static bool harmless(const char *name)
         "MSFT_packing_occlusionRoughnessMetallic", "EXT_mesh_features", "EXT_instance_features",
         "CESIUM_primitive_outline", "AGI_articulations", NULL};
     /* materials, textures, lights, sounds and physics, of whatever vendor */
-    static const char *const family[] = {"_materials_", "_material_", "_texture", "_lights_", "_audio_",
-                                         "_physics_", "_collision_", "_metadata", "VRM", NULL};
+    static const char *const family[] = {"_materials_", "_material_", "_texture",    "_lights_",
+                                         "_audio_",     "_physics_",  "_collision_", "_metadata",
+                                         "VRM",         NULL};
     for (int i = 0; known[i]; i++)
         if (!strcmp(name, known[i]))
             return true;
@@ -238,7 +241,8 @@ static bool read_indices(const struct reader *r, const struct primitive *p, cons
         for (size_t i = 0; i < n; i++)
             out[i] += base;
     for (size_t t = 0; p->mode != 4 && t + 2 < n; t++, out += 3) {
-        /* every other triangle of a strip runs the other way round; a fan turns about its first corner */
+        /* every other triangle of a strip runs the other way round; a fan turns about its first
+         * corner */
         bool odd = p->mode == 5 && t % 2;
         out[0] = base + (p->mode == 5 ? list[t] : list[t + 1]);
         out[1] = base + (p->mode == 5 ? list[t + 1 + odd] : list[t + 2]);
@@ -250,7 +254,8 @@ done:
     return ok;
 }
 
-/* Unit length; a normal without length (no exporter means it) is replaced by the sum of the faces around it. */
+/* Unit length; a normal without length (no exporter means it) is replaced by the sum of the faces
+ * around it. */
 static bool finish_normals(struct dph_mesh *mesh, struct dph_error *err)
 {
     bool missing = false;
@@ -277,7 +282,8 @@ static bool finish_normals(struct dph_mesh *mesh, struct dph_error *err)
         }
         for (int k = 0; k < 3; k++)
             for (int corner = 0; corner < 3; corner++)
-                sum[i[corner]][k] += u[(k + 1) % 3] * w[(k + 2) % 3] - u[(k + 2) % 3] * w[(k + 1) % 3];
+                sum[i[corner]][k] +=
+                    u[(k + 1) % 3] * w[(k + 2) % 3] - u[(k + 2) % 3] * w[(k + 1) % 3];
     }
     for (size_t v = 0; v < mesh->nvert; v++) {
         float *n = mesh->normal + 3 * v;
@@ -368,7 +374,8 @@ static bool read_mesh(struct reader *r, size_t number, size_t *body_number, stru
     }
     if (!r->nprimitive)
         return true;
-    struct dph_body *bodies = dph_grow(scene->body, scene->nbody, &r->body_capacity, sizeof *bodies);
+    struct dph_body *bodies =
+        dph_grow(scene->body, scene->nbody, &r->body_capacity, sizeof *bodies);
     if (!bodies)
         return dph_fail_memory(err);
     scene->body = bodies;
@@ -382,7 +389,8 @@ static bool read_mesh(struct reader *r, size_t number, size_t *body_number, stru
         return false;
     size_t first = doc->npart, row = 0;
     for (size_t i = 0; i < r->nprimitive; i++) {
-        struct dph_gltf_part *parts = dph_grow(doc->part, doc->npart, &r->part_capacity, sizeof *parts);
+        struct dph_gltf_part *parts =
+            dph_grow(doc->part, doc->npart, &r->part_capacity, sizeof *parts);
         if (!parts)
             return dph_fail_memory(err);
         doc->part = parts;

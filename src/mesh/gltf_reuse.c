@@ -1,6 +1,7 @@
-/* glTF: a second bake takes the place of the first. Accessors and views that only the old thickness uses are found, so that the new one is
- * put into their numbers, and the old bytes are cut off where they stand at the end of the binary chunk, which is where they are
- * written. Nothing else changes its number. */
+/* glTF: a second bake takes the place of the first. Accessors and views that only the old thickness
+ * uses are found, so that the new one is put into their numbers, and the old bytes are cut off
+ * where they stand at the end of the binary chunk, which is where they are written. Nothing else
+ * changes its number. */
 #include "mesh/gltf.h"
 
 #include "core/fail.h"
@@ -35,7 +36,8 @@ static void mark(unsigned char *list, size_t count, const json_t *index, unsigne
         list[(size_t)i] |= how;
 }
 
-/* Everything below `json` that is called "bufferView" or, in the parts of the file that name accessors, may be one. */
+/* Everything below `json` that is called "bufferView" or, in the parts of the file that name
+ * accessors, may be one. */
 static void mark_views(struct use *use, json_t *json)
 {
     const char *key;
@@ -52,7 +54,8 @@ static void mark_views(struct use *use, json_t *json)
         }
 }
 
-/* Every number below `json` could be an accessor's: taking one for used that is not costs a few bytes, the reverse would cost data. */
+/* Every number below `json` could be an accessor's: taking one for used that is not costs a few
+ * bytes, the reverse would cost data. */
 static void mark_accessors(struct use *use, json_t *json)
 {
     const char *key;
@@ -98,7 +101,8 @@ static void mark_meshes(struct use *use, const struct dph_scene *scene)
                     json_object_foreach(value, name, index)
                         mark(use->accessor, use->naccessor, index,
                              replaced && dph_gltf_is_thickness_name(name) ? OLD : OTHER);
-                } else if (strcmp(key, "extras") && strcmp(key, "mode") && strcmp(key, "material")) {
+                } else if (strcmp(key, "extras") && strcmp(key, "mode") &&
+                           strcmp(key, "material")) {
                     mark_accessors(use, value);
                 }
             }
@@ -107,7 +111,7 @@ static void mark_meshes(struct use *use, const struct dph_scene *scene)
     }
 }
 
-/* Accessors and views may be named anywhere in unknown extensions; what is in doubt counts as used. */
+/* Accessors and views may be named in unknown extensions; what is in doubt counts as used. */
 static void mark_rest(struct use *use)
 {
     json_t *root = use->doc->root, *value, *index;
@@ -150,7 +154,8 @@ static size_t *collect(const unsigned char *list, size_t count, size_t *found)
     return out;
 }
 
-/* The end of the first buffer without the views that are replaced: cut only where they reach to its very end. */
+/* The end of the first buffer without the views that are replaced: cut only where they reach to its
+ * very end. */
 static size_t end_without(const struct dph_document *doc, const struct dph_gltf_slots *slots,
                           const unsigned char *use)
 {

@@ -1,5 +1,5 @@
-/* glTF: baked thickness, from the attributes _THICKNESS_SH_i and extras.diaphan.thickness_sh of a mesh's primitives. Format:
- * docs/file-format.md. */
+/* glTF: baked thickness, from the attributes _THICKNESS_SH_i and extras.diaphan.thickness_sh of a
+ * mesh's primitives. Format: docs/file-format.md. */
 #include "mesh/gltf.h"
 
 #include "core/fail.h"
@@ -98,7 +98,8 @@ static bool parse(const struct dph_document *doc, const json_t *d, const char *p
         t->scale[l] = (float)scale[l];
         if (!(t->scale[l] >= 0) || !isfinite(t->scale[l]))
             return dph_gltf_fail(doc, place, DPH_ERROR_INPUT, err,
-                                 "scale[%zu] is %g, not a finite number of at least 0", l, scale[l]);
+                                 "scale[%zu] is %g, not a finite number of at least 0", l,
+                                 scale[l]);
     }
     const char *definition = json_string_value(json_object_get(d, "definition"));
     const char *fit = json_string_value(json_object_get(d, "fit"));
@@ -230,7 +231,8 @@ bool dph_gltf_read_thickness(struct dph_document *doc, struct dph_body *body, si
     if (baked != last - first) {
         dph_gltf_fail(doc, "", DPH_ERROR_INPUT, err,
                       "meshes[%zu]: only %zu of its %zu triangle primitives are baked; bake the "
-                      "model without the old thickness", doc->part[first].mesh, baked, last - first);
+                      "model without the old thickness",
+                      doc->part[first].mesh, baked, last - first);
         goto error;
     }
 
@@ -265,7 +267,8 @@ bool dph_gltf_read_thickness(struct dph_document *doc, struct dph_body *body, si
             json_object_get(json_array_get(json_object_get(doc->root, "meshes"), part->mesh),
                             "primitives"), part->primitive);
         for (int i = 0; i < count; i++) {
-            unsigned char *out = (unsigned char *)t->data + part->first * row + (size_t)i * 4 * size;
+            unsigned char *out =
+                (unsigned char *)t->data + part->first * row + (size_t)i * 4 * size;
             if (!open_attribute(doc, part, primitive, i, &a, place, &store, err))
                 goto error;
             if (t->store != DPH_STORE_FLOAT) {

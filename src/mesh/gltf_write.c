@@ -1,5 +1,6 @@
-/* glTF: writing a scene. A document comes back whole with thickness added to its triangle primitives; a scene from elsewhere becomes a clean
- * file with one mesh a body. The form of the additions is that of docs/file-format.md. */
+/* glTF: writing a scene. A document comes back whole with thickness added to its triangle
+ * primitives; a scene from elsewhere becomes a clean file with one mesh a body. The form of the
+ * additions is that of docs/file-format.md. */
 #include "mesh/gltf.h"
 
 #include "core/fail.h"
@@ -20,7 +21,8 @@ static json_t *number(size_t value)
     return json_integer((json_int_t)value);
 }
 
-static json_t *view(struct dph_gltf_output *out, size_t offset, size_t size, size_t stride, int target)
+static json_t *view(struct dph_gltf_output *out, size_t offset, size_t size, size_t stride,
+                    int target)
 {
     json_t *object = json_object();
     dph_gltf_set(out, object, "buffer", json_integer(0));
@@ -76,8 +78,9 @@ struct strand {
     size_t accessor;        /* the first of components / 4 in `list` */
 };
 
-/* Puts `d` where it belongs. What was at home in extras already stays there; extras that are no object move into a member called
- * "extras", a member "diaphan" that is no object into one called "value". */
+/* Puts `d` where it belongs. What was at home in extras already stays there; extras that are no
+ * object move into a member called "extras", a member "diaphan" that is no object into one called
+ * "value". */
 static void set_extras(struct dph_gltf_output *out, json_t *primitive, json_t *d)
 {
     json_t *old = json_incref(json_object_get(primitive, "extras"));
@@ -93,7 +96,8 @@ static void set_extras(struct dph_gltf_output *out, json_t *primitive, json_t *d
     dph_gltf_set(out, diaphan, "thickness_sh", d);
 }
 
-static void set_attributes(struct dph_gltf_output *out, json_t *primitive, const size_t *list, int count)
+static void set_attributes(struct dph_gltf_output *out, json_t *primitive, const size_t *list,
+                           int count)
 {
     json_t *attributes = dph_gltf_own_object(out, primitive, "attributes"), *value;
     const char *key;
@@ -106,7 +110,8 @@ static void set_attributes(struct dph_gltf_output *out, json_t *primitive, const
         snprintf(name, sizeof name, "_THICKNESS_SH_%d", i);
         dph_gltf_set(out, attributes, name, number(list[i]));
     }
-    /* Draco would give the vertices another order than the one that thickness is in; the plain copy that was read stays. */
+    /* Draco would give the vertices another order than the one that thickness is in; the plain copy
+     * that was read stays. */
     if (dph_gltf_extension(primitive, "KHR_draco_mesh_compression", NULL)) {
         json_t *extensions = dph_gltf_own_object(out, primitive, "extensions");
         json_object_del(extensions, "KHR_draco_mesh_compression");
@@ -130,7 +135,8 @@ static const struct strand *twin(const struct dph_thickness *t, const struct str
     return NULL;
 }
 
-/* Adds a body's thickness to its primitives: one view, components / 4 accessors a primitive, each a plane of its own. */
+/* Adds a body's thickness to its primitives: one view, components / 4 accessors a primitive, each a
+ * plane of its own. */
 static bool add_thickness(struct dph_gltf_output *out, struct dph_gltf_slots *slots,
                           const struct dph_thickness *t, double mm_per_unit, struct strand *strand,
                           size_t nstrand)
@@ -169,9 +175,9 @@ static bool add_thickness(struct dph_gltf_output *out, struct dph_gltf_slots *sl
 
 /* ---- a document ---- */
 
-/* The strands of a body: parts first .. last - 1, with their primitives made ready to be changed. */
-static bool own_primitives(struct dph_gltf_output *out, const struct dph_document *doc, size_t first,
-                           size_t last, struct strand *strand)
+/* The strands of a body: parts first .. last - 1, their primitives ready to be changed. */
+static bool own_primitives(struct dph_gltf_output *out, const struct dph_document *doc,
+                           size_t first, size_t last, struct strand *strand)
 {
     json_t *meshes = json_object_get(out->root, "meshes");
     json_t *mesh = dph_gltf_own_element(out, meshes, doc->part[first].mesh);
@@ -211,8 +217,8 @@ static bool write_document(const struct dph_scene *scene, const char *path, stru
             continue;
         if (t->nvert != rows) {
             dph_fail(err, DPH_ERROR_ARGUMENT,
-                     "%s: body %zu has thickness for %zu vertices, its document has %zu", path, body,
-                     t->nvert, rows);
+                     "%s: body %zu has thickness for %zu vertices, its document has %zu", path,
+                     body, t->nvert, rows);
             goto done;
         }
         if (!own_primitives(&out, doc, first, last, strand) ||
@@ -301,7 +307,8 @@ static bool add_mesh(struct dph_gltf_output *out, const struct dph_body *body, d
     add_range(out, position, mesh);
     dph_gltf_set(out, attributes, "POSITION", number(position));
     if (mesh->normal)
-        dph_gltf_set(out, attributes, "NORMAL", number(add_floats(out, mesh->normal, mesh->nvert, 3)));
+        dph_gltf_set(out, attributes, "NORMAL",
+                     number(add_floats(out, mesh->normal, mesh->nvert, 3)));
     if (mesh->texcoord)
         dph_gltf_set(out, attributes, "TEXCOORD_0",
                      number(add_floats(out, mesh->texcoord, mesh->nvert, 2)));
@@ -346,8 +353,9 @@ static json_t *skeleton(void)
                      "s:[],s:[],s:[{}]}",
                      "asset", "version", "2.0", "generator", "diaphan " DPH_VERSION, "scene", 0,
                      "scenes", "nodes", "nodes", "meshes", "materials", "name", "diaphan",
-                     "pbrMetallicRoughness", "baseColorFactor", .8, .8, .8, 1., "metallicFactor", 0.,
-                     "roughnessFactor", .6, "doubleSided", 0, "accessors", "bufferViews", "buffers");
+                     "pbrMetallicRoughness", "baseColorFactor", .8, .8, .8, 1., "metallicFactor",
+                     0., "roughnessFactor", .6, "doubleSided", 0, "accessors", "bufferViews",
+                     "buffers");
 }
 
 static bool write_plain(const struct dph_scene *scene, const char *path, struct dph_error *err)
@@ -363,7 +371,8 @@ static bool write_plain(const struct dph_scene *scene, const char *path, struct 
         if (!body->mesh.ntri || (body->thickness && body->thickness->nvert != body->mesh.nvert)) {
             dph_fail(err, DPH_ERROR_ARGUMENT,
                      "%s: body %zu has %zu triangles, %zu vertices and thickness for %zu", path, i,
-                     body->mesh.ntri, body->mesh.nvert, body->thickness ? body->thickness->nvert : 0);
+                     body->mesh.ntri, body->mesh.nvert,
+                     body->thickness ? body->thickness->nvert : 0);
             goto done;
         }
         if (!add_mesh(&out, body, scene->mm_per_unit)) {
@@ -371,7 +380,8 @@ static bool write_plain(const struct dph_scene *scene, const char *path, struct 
             goto done;
         }
     }
-    json_t *roots = json_object_get(json_array_get(json_object_get(out.root, "scenes"), 0), "nodes");
+    json_t *roots =
+        json_object_get(json_array_get(json_object_get(out.root, "scenes"), 0), "nodes");
     for (size_t i = 0; i < scene->ninstance; i++) {
         add_node(&out, scene, i);
         dph_gltf_append(&out, roots, number(i));

@@ -1,4 +1,5 @@
-/* Scenes: which reader a file needs, what every body goes through after it, and which writer an ending means. */
+/* Scenes: which reader a file needs, what every body goes through after it, and which writer an
+ * ending means. */
 #include <diaphan/scene.h>
 
 #include "core/fail.h"
@@ -49,7 +50,8 @@ static bool looks_like_obj(const struct dph_file *file)
     for (size_t i = 0; i + 1 < end; i++) {
         if (!file->data[i])
             return false;
-        if (fresh && file->data[i] == 'v' && (file->data[i + 1] == ' ' || file->data[i + 1] == '\t'))
+        if (fresh && file->data[i] == 'v' &&
+            (file->data[i + 1] == ' ' || file->data[i + 1] == '\t'))
             return true;
         fresh = file->data[i] == '\n' || file->data[i] == '\r';
     }
@@ -85,7 +87,8 @@ static enum format format_of(const struct dph_file *file, const char *path)
 
 /* ---- bodies ---- */
 
-/* Six times the signed volume about the first vertex, and twice the area weighted by how far the mesh's normals agree with its faces. */
+/* Six times the signed volume about the first vertex, and twice the area weighted by how far the
+ * mesh's normals agree with its faces. */
 static void orientation(const struct dph_mesh *mesh, double *volume, double *agreement)
 {
     *volume = *agreement = 0;
@@ -111,8 +114,9 @@ static void orientation(const struct dph_mesh *mesh, double *volume, double *agr
     }
 }
 
-/* Turns a closed body whose faces look inward. The thickness of a ray counts crossings by their sense, so an inverted body would
- * come out empty. The file's normals follow only if they were turned inward too. */
+/* Turns a closed body whose faces look inward. The thickness of a ray counts crossings by their
+ * sense, so an inverted body would come out empty. The file's normals follow only if they were
+ * turned inward too. */
 static bool turn(struct dph_scene *scene, struct dph_body *body, const char *path,
                  struct dph_error *err)
 {
@@ -128,7 +132,8 @@ static bool turn(struct dph_scene *scene, struct dph_body *body, const char *pat
     if (!stats.closed || !(stats.volume < 0))
         return true;
     dph_mesh_flip(&body->mesh);
-    /* the faces are turned now; normals that disagreed with them before agree now and were turned too far */
+    /* the faces are turned now; normals that disagreed with them before agree now and were turned
+     * too far */
     for (size_t i = 0; body->mesh.normal && agreement < 0 && i < 3 * body->mesh.nvert; i++)
         body->mesh.normal[i] = -body->mesh.normal[i];
     return dph_scene_warn(scene, "%s: body \"%.60s\" is closed and has a negative volume (%g); its "
@@ -250,7 +255,8 @@ error:
     return NULL;
 }
 
-struct dph_scene *dph_scene_from_mesh(struct dph_mesh *mesh, const char *name, struct dph_error *err)
+struct dph_scene *dph_scene_from_mesh(struct dph_mesh *mesh, const char *name,
+                                      struct dph_error *err)
 {
     struct dph_scene *scene = dph_alloc_zero(1, sizeof *scene);
     if (!scene) {
