@@ -243,6 +243,100 @@ static void test_exr_round_trip(void **state)
         }
 }
 
+/* A growing buffer for a file made by hand. */
+static unsigned char hand[4096];
+static size_t hand_size;
+
+static void put(const void *data, size_t size)
+{
+    assert_true(hand_size + size <= sizeof hand);
+    memcpy(hand + hand_size, data, size);
+    hand_size += size;
+}
+
+static void put_int(int32_t value)
+{
+    const unsigned char bytes[4] = {(unsigned char)value, (unsigned char)(value >> 8),
+                                    (unsigned char)(value >> 16), (unsigned char)(value >> 24)};
+    put(bytes, 4);
+}
+
+static void put_attribute(const char *name, const char *type, int32_t size)
+{
+    put(name, strlen(name) + 1);
+    put(type, strlen(type) + 1);
+    put_int(size);
+}
+
+/* Half floats as other programs write them, here 5 x 3, uncompressed, with a data window off the
+ * origin: every channel has a value of its own, so that a mixed-up order shows. */
+static void test_exr_half(void **state)
+{
+    (void)state;
+    static const char *const channels[] = {"A", "B", "G", "R"};
+    static const uint16_t value[4] = {0x3c00, 0x3400, 0x3800, 0x4000}; /* 1, .25, .5, 2 */
+    hand_size = 0;
+    put_int(20000630);
+    put_int(2);
+    put_attribute("channels", "chlist", 4 * 18 + 1);
+    for (int c = 0; c < 4; c++) {
+        put(channels[c], 2);
+        put_int(1); /* half */
+        put_int(0);
+        put_int(1);
+        put_int(1);
+    }
+    put("", 1);
+    put_attribute("compression", "compression", 1);
+    put("", 1);
+    static const char *const windows[] = {"dataWindow", "displayWindow"};
+    for (int w = 0; w < 2; w++) {
+        put_attribute(windows[w], "box2i", 16);
+        put_int(10);
+        put_int(-7);
+        put_int(14);
+        put_int(-5);
+    }
+    put_attribute("lineOrder", "lineOrder", 1);
+    put("", 1);
+    put_attribute("pixelAspectRatio", "float", 4);
+    put_int(0x3f800000);
+    put_attribute("screenWindowCenter", "v2f", 8);
+    put_int(0);
+    put_int(0);
+    put_attribute("screenWindowWidth", "float", 4);
+    put_int(0x3f800000);
+    put("", 1);
+    int32_t first = (int32_t)hand_size + 3 * 8, chunk = 8 + 4 * 5 * 2;
+    for (int y = 0; y < 3; y++) {
+        put_int(first + y * chunk);
+        put_int(0);
+    }
+    for (int y = 0; y < 3; y++) {
+        put_int(-7 + y);
+        put_int(4 * 5 * 2);
+        for (int c = 0; c < 4; c++)
+            for (int x = 0; x < 5; x++) {
+                uint16_t half = y == 1 && x == 3 ? 0 : value[c];
+                const unsigned char bytes[2] = {(unsigned char)half, (unsigned char)(half >> 8)};
+                put(bytes, 2);
+            }
+    }
+    store(in_folder("a.exr"), hand, hand_size);
+    struct dph_image image;
+    struct dph_error err = {0};
+    if (!dph_image_load(&image, in_folder("a.exr"), &err))
+        fail_msg("%s", err.message);
+    assert_int_equal(image.width, 5);
+    assert_int_equal(image.height, 3);
+    for (int i = 0; i < 15; i++) {
+        static const float want[4] = {2, .5F, .25F, 1};
+        for (int c = 0; c < 4; c++)
+            assert_true(image.pixel[4 * i + c] == (i == 8 ? 0 : want[c]));
+    }
+    dph_image_finish(&image);
+}
+
 /* Every truncation and a few thousand changed bytes: an error with the path, or a picture, never a
  * crash. A truncated file is always an error. */
 static void torture(const char *good, const char *bad)
@@ -338,7 +432,8 @@ int main(void)
         cmocka_unit_test(test_curve),          cmocka_unit_test(test_sizes),
         cmocka_unit_test(test_png_round_trip), cmocka_unit_test(test_png_codes),
         cmocka_unit_test(test_png_kinds),      cmocka_unit_test(test_exr_round_trip),
-        cmocka_unit_test(test_broken),         cmocka_unit_test(test_unwritable),
+        cmocka_unit_test(test_exr_half),       cmocka_unit_test(test_broken),
+        cmocka_unit_test(test_unwritable),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

@@ -155,6 +155,56 @@ static bool read_header(exr_context_t exr, struct dph_image *image, bool *grey, 
     return true;
 }
 
+/* Decodes one chunk, whose first line is line `y` of the picture. Channels are decoded into planes of their own
+ * and then woven: 3.1's short cut for interleaved half floats mixes channels up. */
+static exr_result_t read_chunk(exr_context_t exr, exr_decode_pipeline_t *decode, bool *begun,
+                               int line, float *plane[5], size_t plane_size,
+                               struct dph_image *image, bool grey, int y)
+{
+    exr_chunk_info_t chunk;
+    exr_result_t result = exr_read_scanline_chunk_info(exr, 0, line, &chunk);
+    if (result)
+        return result;
+    result = *begun ? exr_decoding_update(exr, 0, &chunk, decode)
+                    : exr_decoding_initialize(exr, 0, &chunk, decode);
+    if (result)
+        return result;
+    size_t width = (size_t)image->width, lines = (size_t)chunk.height;
+    if ((size_t)chunk.width != width || lines * width > plane_size ||
+        lines > (size_t)(image->height - y))
+        result = EXR_ERR_CORRUPT_CHUNK;
+    for (int c = 0; c < decode->channel_count && !result; c++) {
+        exr_coding_channel_info_t *channel = &decode->channels[c];
+        int slot = slot_of(channel->channel_name);
+        channel->decode_to_ptr = NULL;
+        if (slot < 0 || (grey ? slot < 3 : slot == 4))
+            continue;
+        channel->decode_to_ptr = (uint8_t *)plane[slot];
+        channel->user_pixel_stride = 4;
+        channel->user_line_stride = image->width * 4;
+        channel->user_bytes_per_element = 4;
+        channel->user_data_type = EXR_PIXEL_FLOAT;
+    }
+    if (!*begun && !result)
+        result = exr_decoding_choose_default_routines(exr, 0, decode);
+    *begun = true; /* even after a failure: the pipeline has buffers to free */
+    if (!result)
+        result = exr_decoding_run(exr, 0, decode);
+    for (int c = 0; c < decode->channel_count && !result; c++) {
+        if (!decode->channels[c].decode_to_ptr)
+            continue;
+        int slot = slot_of(decode->channels[c].channel_name);
+        float *out = image->pixel + (size_t)y * width * 4;
+        for (size_t i = 0; i < lines * width; i++) {
+            if (slot < 4)
+                out[4 * i + (size_t)slot] = plane[slot][i];
+            else
+                out[4 * i] = out[4 * i + 1] = out[4 * i + 2] = plane[4][i];
+        }
+    }
+    return result;
+}
+
 /* Decodes the chunks one after another into the picture. */
 static exr_result_t read_chunks(exr_context_t exr, struct dph_image *image, bool grey, int top)
 {
@@ -162,36 +212,19 @@ static exr_result_t read_chunks(exr_context_t exr, struct dph_image *image, bool
     bool begun = false;
     int32_t lines = 1;
     exr_result_t result = exr_get_scanlines_per_chunk(exr, 0, &lines);
-    for (int y = 0; y < image->height && !result; y += lines) {
-        exr_chunk_info_t chunk;
-        result = exr_read_scanline_chunk_info(exr, 0, top + y, &chunk);
-        if (result)
-            break;
-        result = begun ? exr_decoding_update(exr, 0, &chunk, &decode)
-                       : exr_decoding_initialize(exr, 0, &chunk, &decode);
-        if (!begun && result)
-            break;
-        for (int c = 0; c < decode.channel_count && !result; c++) {
-            exr_coding_channel_info_t *channel = &decode.channels[c];
-            int slot = slot_of(channel->channel_name);
-            channel->decode_to_ptr = NULL;
-            if (slot < 0 || (grey ? slot < 3 : slot == 4))
-                continue;
-            float *pixel = image->pixel + (size_t)y * (size_t)image->width * 4;
-            channel->decode_to_ptr = (uint8_t *)(pixel + (slot == 4 ? 0 : slot));
-            channel->user_pixel_stride = 16;
-            channel->user_line_stride = image->width * 16;
-            channel->user_bytes_per_element = 4;
-            channel->user_data_type = EXR_PIXEL_FLOAT;
-        }
-        if (!begun && !result)
-            result = exr_decoding_choose_default_routines(exr, 0, &decode);
-        begun = true;
-        if (!result)
-            result = exr_decoding_run(exr, 0, &decode);
-    }
+    if (result || lines < 1)
+        return result ? result : EXR_ERR_CORRUPT_CHUNK;
+    size_t plane_size = (size_t)lines * (size_t)image->width;
+    float *buffer = dph_alloc(plane_size, 5 * sizeof *buffer), *plane[5];
+    if (!buffer)
+        return EXR_ERR_OUT_OF_MEMORY;
+    for (size_t i = 0; i < 5; i++)
+        plane[i] = buffer + i * plane_size;
+    for (int y = 0; y < image->height && !result; y += lines)
+        result = read_chunk(exr, &decode, &begun, top + y, plane, plane_size, image, grey, y);
     if (begun)
         exr_decoding_destroy(exr, &decode);
+    free(buffer);
     return result;
 }
 
@@ -212,16 +245,16 @@ bool dph_read_exr(struct dph_image *image, const struct dph_file *file, const ch
         result = read_chunks(exr, image, grey, top);
         ok = !result;
         if (!ok)
-            dph_fail(err, result == EXR_ERR_OUT_OF_MEMORY ? DPH_ERROR_MEMORY : DPH_ERROR_INPUT,
+            dph_fail(err,
+                     result == EXR_ERR_OUT_OF_MEMORY             ? DPH_ERROR_MEMORY
+                     : result == EXR_ERR_FEATURE_NOT_IMPLEMENTED ? DPH_ERROR_UNSUPPORTED
+                                                                 : DPH_ERROR_INPUT,
                      "%s: pixels: %s", path,
                      s.message[0] ? s.message : exr_get_default_error_message(result));
     }
     exr_finish(&exr);
     if (!ok)
         dph_image_finish(image);
-    if (ok && grey)
-        for (size_t i = 0, n = (size_t)image->width * (size_t)image->height; i < n; i++)
-            image->pixel[4 * i + 1] = image->pixel[4 * i + 2] = image->pixel[4 * i];
     return ok;
 }
 
