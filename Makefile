@@ -5,20 +5,27 @@
 JOBS ?= $(shell nproc)
 PREFIX ?= /usr/local
 DIAPHAN = build/diaphan
+MAKEFLAGS += --no-print-directory
 
-.PHONY: all setup build demo test test-long bench install pictures clean
+.PHONY: all setup configure build tool demo test test-long bench install pictures clean
 
 all: build
 
 setup:
 	@scripts/setup.sh
 
-build: setup
+configure: setup
 	@cmake -S . -B build >build.log 2>&1 || { cat build.log; exit 1; }
 	@rm -f build.log
+
+build: configure
 	@cmake --build build -j $(JOBS)
 
-demo: build
+# without the tests
+tool: configure
+	@cmake --build build -j $(JOBS) --target diaphan-cli
+
+demo: tool
 	@scripts/demo.sh $(DIAPHAN) out
 
 test: setup
@@ -28,7 +35,7 @@ test: setup
 test-long: test
 	@tests/fuzz/run
 
-bench: build
+bench: tool
 	@$(DIAPHAN) bench bake
 
 # needs no root where PREFIX or DESTDIR can be written
@@ -37,8 +44,8 @@ install:
 	@cmake --install build --prefix $(PREFIX)
 
 # the picture of the README
-pictures: demo
-	@scripts/pictures.sh out docs/images
+pictures: tool
+	@scripts/pictures.sh $(DIAPHAN) docs/images
 
 clean:
 	rm -rf build build-* out

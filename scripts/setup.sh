@@ -9,8 +9,8 @@ packages="gcc g++ clang libclang-rt-14-dev libc6-dev make cmake pkg-config git c
 # libraries: JSON, compressed glTF, rays, GL without a window, pictures
 packages="$packages libjansson-dev libmeshoptimizer-dev libembree-dev libepoxy-dev libegl-dev libgl1-mesa-dri"
 packages="$packages libpng-dev libopenexr-dev"
-# tests: unit tests, JSON on the command line, the glTF validator
-packages="$packages libcmocka-dev jq nodejs npm"
+# tests: unit tests, JSON on the command line, the glTF validator, a shader compiler that is nobody's driver
+packages="$packages libcmocka-dev jq nodejs npm glslang-tools"
 # the scanned mesh of the demo
 packages="$packages glmark2-data"
 
