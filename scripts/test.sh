@@ -31,8 +31,6 @@ check run-plain build
 
 echo "== clang, address and undefined-behaviour sanitizers"
 CC=clang CXX=clang++ build build-sanitize -DDPH_SANITIZE=ON
-# a leak of a driver or of its compiler is not ours: tests/lsan.supp names them
-export LSAN_OPTIONS="suppressions=$PWD/tests/lsan.supp:print_suppressions=0"
 export UBSAN_OPTIONS=print_stacktrace=1
 check run-sanitize build-sanitize --label-exclude once
 
