@@ -358,6 +358,16 @@ static void test_bombs(void **state)
             "\"accessors\":[{\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"}]}");
     check(maker_glb(json, NULL, 0), DPH_OK, "", "chain");
     free(json);
+
+    /* a million copies of a million vertices take no longer than any other large file */
+    struct dph_scene *scene = maker_load(
+        "{'asset':{'version':'2.0'},'meshes':[{'primitives':[{'attributes':{'POSITION':0}}]}],"
+        "'nodes':[{'mesh':0,'extensions':{'EXT_mesh_gpu_instancing':{'attributes':{'TRANSLATION':"
+        "0}}}}],'accessors':[{'componentType':5126,'count':999999,'type':'VEC3'}]}",
+        NULL, 0, NULL);
+    assert_non_null(scene);
+    assert_int_equal(scene->ninstance, 999999);
+    dph_scene_destroy(scene);
     assert_int_equal(failures, 0);
 }
 

@@ -128,6 +128,27 @@ static void test_body(void **state)
     dph_scene_destroy(NULL);
 }
 
+/* A body placed so often that its box stands for its vertices: the same answer where nothing turns.
+ */
+static void test_many_instances(void **state)
+{
+    (void)state;
+    static const char json[] =
+        "{\"asset\":{\"version\":\"2.0\"},\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0}}"
+        "]}],\"nodes\":[{\"mesh\":0,\"translation\":[1,2,3],\"extensions\":{\"EXT_mesh_gpu_instancing\":{"
+        "\"attributes\":{\"TRANSLATION\":1}}}}],\"accessors\":[{\"componentType\":5126,\"count\":99999,"
+        "\"type\":\"VEC3\",\"sparse\":{\"count\":1,\"indices\":{\"bufferView\":0,\"componentType\":5121},"
+        "\"values\":{\"bufferView\":0,\"byteOffset\":4}}},{\"componentType\":5126,\"count\":999999,"
+        "\"type\":\"VEC3\"}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":16}],\"buffers\":[{"
+        "\"byteLength\":16,\"uri\":\"data:;base64,AAAAAAAAgD8AAABAAABAQA==\"}]}";
+    struct dph_scene *scene = load_text(".gltf", json);
+    static const double high[3] = {2, 4, 6};
+    assert_int_equal(scene->ninstance, 999999);
+    for (int c = 0; c < 3; c++)
+        assert_true(scene->bounds[0][c] == 1 + c && scene->bounds[1][c] == high[c]);
+    dph_scene_destroy(scene);
+}
+
 /* A tetrahedron whose faces look inward, with normals that look outward, inward, and none. */
 static void test_turning(void **state)
 {
@@ -255,9 +276,10 @@ static void test_models(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_formats),   cmocka_unit_test(test_body),
-        cmocka_unit_test(test_turning),   cmocka_unit_test(test_turned_document),
-        cmocka_unit_test(test_save_bare), cmocka_unit_test(test_models),
+        cmocka_unit_test(test_formats),         cmocka_unit_test(test_body),
+        cmocka_unit_test(test_turning),         cmocka_unit_test(test_many_instances),
+        cmocka_unit_test(test_turned_document), cmocka_unit_test(test_save_bare),
+        cmocka_unit_test(test_models),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -15,7 +15,7 @@
 
 #define NO_NODE SIZE_MAX
 /* Instances that one file may ask for: each costs 72 bytes, EXT_mesh_gpu_instancing multiplies. */
-#define INSTANCE_LIMIT ((size_t)1 << 24)
+#define INSTANCE_LIMIT ((size_t)1 << 22)
 
 /* One walk over the forest. */
 struct walk {

@@ -120,13 +120,17 @@ static void set_attributes(struct dph_gltf_output *out, json_t *primitive, const
     }
 }
 
+/* How far back a primitive looks for one with its vertices: they come side by side, and all pairs
+ * of many thousand would take long. */
+#define TWIN_REACH 256
+
 /* Two primitives with the same vertices share the same attributes. */
 static const struct strand *twin(const struct dph_thickness *t, const struct strand *strand,
                                  size_t i)
 {
     size_t row = (size_t)t->components * dph_store_size(t->store);
     const unsigned char *data = t->data;
-    for (size_t k = 0; k < i && strand[i].position; k++)
+    for (size_t k = i > TWIN_REACH ? i - TWIN_REACH : 0; k < i && strand[i].position; k++)
         if (strand[k].position && strand[k].count == strand[i].count &&
             json_equal(strand[k].position, strand[i].position) &&
             !memcmp(data + strand[k].first * row, data + strand[i].first * row,

@@ -141,45 +141,80 @@ static bool turn(struct dph_scene *scene, struct dph_body *body, const char *pat
            dph_fail_memory(err);
 }
 
+/* Vertices that are transformed one by one for the bounds; a file can ask for far more by placing a
+ * large body a million times. Beyond it the corners of the bodies' own boxes stand for them. */
+#define BOUNDS_WORK ((size_t)1 << 32)
+
+/* Takes one point of a body, placed by `m`, into the box. */
+static void extend(double box[2][3], const float m[16], const double p[3])
+{
+    for (int c = 0; c < 3; c++) {
+        double x = m[c] * p[0] + m[4 + c] * p[1] + m[8 + c] * p[2] + m[12 + c];
+        box[0][c] = x < box[0][c] ? x : box[0][c];
+        box[1][c] = x > box[1][c] ? x : box[1][c];
+    }
+}
+
+/* Adds the instances `list` (count) of one body to the box. */
+static void measure_body(const struct dph_scene *scene, const struct dph_mesh *mesh,
+                         const size_t *list, size_t count, bool *used, double box[2][3])
+{
+    static const float identity[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+    double own[2][3] = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+    bool corners = mesh->nvert > BOUNDS_WORK / count;
+    memset(used, 0, mesh->nvert * sizeof *used);
+    for (size_t i = 0; i < 3 * mesh->ntri; i++)
+        used[mesh->index[i]] = true;
+    for (size_t k = 0; k < (corners ? 1 : count); k++)
+        for (size_t v = 0; v < mesh->nvert; v++) {
+            const float *p = mesh->position + 3 * v;
+            if (used[v])
+                extend(corners ? own : box, corners ? identity : scene->instance[list[k]].matrix,
+                       (const double[3]){p[0], p[1], p[2]});
+        }
+    for (size_t k = 0; corners && mesh->ntri && k < count; k++)
+        for (int i = 0; i < 8; i++)
+            extend(box, scene->instance[list[k]].matrix,
+                   (const double[3]){own[i & 1][0], own[i >> 1 & 1][1], own[i >> 2][2]});
+}
+
 /* Bounds of what the instances draw. */
 static bool measure_bounds(struct dph_scene *scene, struct dph_error *err)
 {
-    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
+    double box[2][3] = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
     size_t most = 0;
     for (size_t b = 0; b < scene->nbody; b++)
-        if (scene->body[b].mesh.nvert > most)
-            most = scene->body[b].mesh.nvert;
-    bool *used = dph_alloc(most, sizeof *used);
-    size_t marked = SIZE_MAX; /* the body that `used` is of */
-    if (!used)
-        return dph_fail_memory(err);
-    for (size_t k = 0; k < scene->ninstance; k++) {
-        const struct dph_instance *instance = &scene->instance[k];
-        const struct dph_mesh *mesh = &scene->body[instance->body].mesh;
-        const float *m = instance->matrix;
-        if (marked != instance->body) {
-            memset(used, 0, mesh->nvert * sizeof *used);
-            for (size_t i = 0; i < 3 * mesh->ntri; i++)
-                used[mesh->index[i]] = true;
-            marked = instance->body;
-        }
-        for (size_t v = 0; v < mesh->nvert; v++) {
-            const float *p = mesh->position + 3 * v;
-            for (int c = 0; c < 3 && used[v]; c++) {
-                double x = (double)m[c] * p[0] + (double)m[4 + c] * p[1] + (double)m[8 + c] * p[2] +
-                           m[12 + c];
-                low[c] = x < low[c] ? x : low[c];
-                high[c] = x > high[c] ? x : high[c];
-            }
-        }
+        most = scene->body[b].mesh.nvert > most ? scene->body[b].mesh.nvert : most;
+    /* instances in the order of their bodies: a counting sort */
+    size_t *first = dph_alloc_zero(scene->nbody + 1, sizeof *first);
+    size_t *order = dph_alloc(scene->ninstance, sizeof *order);
+    bool *used = dph_alloc(most, sizeof *used), ok = first && order && used;
+    if (!ok) {
+        dph_fail_memory(err);
+        goto done;
     }
-    free(used);
+    for (size_t k = 0; k < scene->ninstance; k++)
+        first[scene->instance[k].body]++;
+    for (size_t b = 0, sum = 0; b <= scene->nbody; b++) {
+        sum += first[b];
+        first[b] = sum; /* the end of body b, until the instances are put before it */
+    }
+    for (size_t k = scene->ninstance; k-- > 0;)
+        order[--first[scene->instance[k].body]] = k;
+    for (size_t b = 0; b < scene->nbody; b++)
+        if (first[b + 1] > first[b])
+            measure_body(scene, &scene->body[b].mesh, order + first[b], first[b + 1] - first[b],
+                         used, box);
     for (int c = 0; c < 3; c++) {
-        bool any = low[c] <= high[c];
-        scene->bounds[0][c] = any ? low[c] : 0;
-        scene->bounds[1][c] = any ? high[c] : 0;
+        bool any = box[0][c] <= box[1][c];
+        scene->bounds[0][c] = any ? box[0][c] : 0;
+        scene->bounds[1][c] = any ? box[1][c] : 0;
     }
-    return true;
+done:
+    free(first);
+    free(order);
+    free(used);
+    return ok;
 }
 
 /* ---- loading ---- */
