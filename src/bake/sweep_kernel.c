@@ -16,7 +16,7 @@
 
 #include <math.h>
 
-enum { BLOCK = 128, ITEMS = 2048 };
+enum { BLOCK = 64, ITEMS = 512 };
 
 /* Triangles with their corners sorted by projected y, and what is needed to test eight positions against one of them. Lengths of the
  * array: one entry a triangle of the block. */

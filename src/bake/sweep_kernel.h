@@ -16,13 +16,13 @@ struct dph_sweep {
     const struct dph_sweep_kernel *kernel;
 };
 
-/* The grid: cells a position over the projected positions' box (a third of which is empty), and how much taller than wide the cells are,
+/* The grid: cells a position over the projected positions' box (half of which is empty), and how much taller than wide the cells are,
  * as a square root. Tall cells make fewer runs, narrow ones shorter runs. */
-#define DPH_SWEEP_CELLS 3.0f
-#define DPH_SWEEP_ASPECT 2.0f
+#define DPH_SWEEP_CELLS 5.0f
+#define DPH_SWEEP_ASPECT 2.5f
 
 /* Rows of cells that nearly all triangles keep to; the grid's offsets are readable that many rows beyond its end. */
-#define DPH_SWEEP_ROWS 4
+#define DPH_SWEEP_ROWS 3
 
 /* A triangle whose z extent times projected size exceeds its projected area by this factor is "steep": single precision is not
  * enough for its depth. */
