@@ -1,6 +1,6 @@
-/* How the bake's cost grows: closed meshes of chosen size, each baked in a process of its own, so that the kernel's peak of its memory
- * is that of this bake alone. The mesh is a sphere with waves on it: a cube of n x n cells a face blown up, 12 n^2 triangles of
- * similar size. */
+/* How the bake's cost grows: closed meshes of chosen size, each baked in a process of its own, so
+ * that the kernel's peak of its memory is that of this bake alone. The mesh is a sphere with waves
+ * on it: a cube of n x n cells a face blown up, 12 n^2 triangles of similar size. */
 #define _DEFAULT_SOURCE
 #include "cli.h"
 
@@ -23,13 +23,15 @@ static void blow_up(const double cube[3], float position[3])
 {
     double length = sqrt(cube[0] * cube[0] + cube[1] * cube[1] + cube[2] * cube[2]);
     double x = cube[0] / length, y = cube[1] / length, z = cube[2] / length;
-    double r = 1.0 + 0.08 * sin(7.0 * x + 1.0) * sin(6.0 * y) * sin(8.0 * z + 2.0) + 0.03 * sin(19.0 * x) * sin(23.0 * y + z);
+    double r = 1.0 + 0.08 * sin(7.0 * x + 1.0) * sin(6.0 * y) * sin(8.0 * z + 2.0) +
+               0.03 * sin(19.0 * x) * sin(23.0 * y + z);
     position[0] = (float)(r * x);
     position[1] = (float)(r * y);
     position[2] = (float)(r * z);
 }
 
-/* Vertices on the cube's edges are repeated by each face with the same coordinates, so that welding closes the mesh. */
+/* Vertices on the cube's edges are repeated by each face with the same coordinates, so that
+ * welding closes the mesh. */
 static bool make_mesh(struct dph_mesh *mesh, int triangles, struct dph_error *err)
 {
     size_t n = (size_t)lround(sqrt(triangles / 12.0));
@@ -51,7 +53,8 @@ static bool make_mesh(struct dph_mesh *mesh, int triangles, struct dph_error *er
             }
         for (size_t j = 0; j < n; j++)
             for (size_t i = 0; i < n; i++) {
-                uint32_t a = (uint32_t)(f * face + j * row + i), b = a + 1, c = a + (uint32_t)row + 1, d = c - 1;
+                uint32_t a = (uint32_t)(f * face + j * row + i), b = a + 1,
+                         c = a + (uint32_t)row + 1, d = c - 1;
                 const uint32_t out[6] = {a, b, c, a, c, d}, in[6] = {a, c, b, a, d, c};
                 memcpy(index, f % 2 ? out : in, sizeof out);
                 index += 6;
@@ -68,7 +71,8 @@ static void bake_in_child(const struct settings *settings, int triangles, struct
     struct dph_scene_bake_params params = dph_scene_bake_defaults();
     params.bake = settings->bake;
     params.bake.threads = settings->threads;
-    if (!make_mesh(&mesh, triangles, &err) || !(scene = dph_scene_from_mesh(&mesh, "made up", &err)))
+    if (!make_mesh(&mesh, triangles, &err) ||
+        !(scene = dph_scene_from_mesh(&mesh, "made up", &err)))
         goto error;
     double start = seconds_now();
     if (!dph_scene_bake(scene, &params, &outcome->report, &err))
@@ -83,8 +87,10 @@ error:
     dph_scene_destroy(scene);
 }
 
-/* Bakes in a child and waits for it; `peak` receives its largest memory in bytes. Returns an exit code. */
-static int bake_apart(const struct settings *settings, int triangles, struct outcome *outcome, double *peak)
+/* Bakes in a child and waits for it; `peak` receives its largest memory in bytes. Returns an exit
+ * code. */
+static int bake_apart(const struct settings *settings, int triangles, struct outcome *outcome,
+                      double *peak)
 {
     int ends[2], status;
     struct rusage usage;
@@ -123,7 +129,8 @@ int bench_scale(const struct settings *settings, struct json *json)
 {
     if (!json)
         printf("\nmade-up closed meshes, whole bake, fit %s\n"
-               "  triangles  positions  threads  seconds    sweep  project  sweep M pairs/s  us a triangle  peak MiB\n",
+               "  triangles  positions  threads  seconds    sweep  project  sweep M pairs/s  us a "
+               "triangle  peak MiB\n",
                dph_fit_name(settings->bake.fit));
     for (int i = 0; i < settings->nsize; i++) {
         struct outcome outcome;
@@ -134,10 +141,10 @@ int bench_scale(const struct settings *settings, struct json *json)
         const struct dph_scene_bake_report *report = &outcome.report;
         double pairs = (double)report->positions * report->directions / report->seconds_sweep;
         if (!json) {
-            printf("  %9zu  %9zu  %7d  %7.2f  %7.2f  %7.2f  %15.2f  %13.2f  %8.0f\n", report->triangles,
-                   report->positions, report->threads, outcome.seconds, report->seconds_sweep,
-                   report->seconds_project, 1e-6 * pairs, 1e6 * outcome.seconds / (double)report->triangles,
-                   peak / 1048576.0);
+            printf("  %9zu  %9zu  %7d  %7.2f  %7.2f  %7.2f  %15.2f  %13.2f  %8.0f\n",
+                   report->triangles, report->positions, report->threads, outcome.seconds,
+                   report->seconds_sweep, report->seconds_project, 1e-6 * pairs,
+                   1e6 * outcome.seconds / (double)report->triangles, peak / 1048576.0);
             continue;
         }
         emit_object(json, NULL);

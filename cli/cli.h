@@ -1,7 +1,9 @@
-/* cli.h - what the commands of the tool share. The tool is an ordinary consumer of the public headers.
+/* cli.h - what the commands of the tool share. The tool is an ordinary consumer of the public
+ * headers.
  *
- * A command is a row of the table in main.c: its texts, the names of the options it takes, and a function. Options are rows of the table in
- * options.c, which drives both parsing and help; a new option is a row and a field of struct settings. */
+ * A command is a row of the table in main.c: its texts, the names of the options it takes, and a
+ * function. Options are rows of the table in options.c, which drives both parsing and help; a new
+ * option is a row and a field of struct settings. */
 #ifndef CLI_H
 #define CLI_H
 
@@ -66,23 +68,29 @@ struct command {
     int (*run)(struct settings *settings); /* returns an exit code */
 };
 
-extern const struct command command_bake, command_info, command_candle, command_render, command_bench;
+extern const struct command command_bake, command_bench, command_candle, command_info,
+    command_render;
 
 /* options.c */
 void settings_init(struct settings *settings, const struct command *command);
 /* Parses argv[first..argc - 1]; complains and returns false. */
 bool settings_parse(struct settings *settings, int argc, char **argv, int first);
 void print_command_help(const struct command *command);
-/* The nearest of names to a misspelt one, NULL where none is near. `name_at` gives NULL beyond the last. */
-const char *nearest_name(const char *word, const char *(*name_at)(size_t i, const void *user), const void *user);
+/* The nearest of names to a misspelt one, NULL where none is near. `name_at` gives NULL beyond the
+ * last. */
+const char *nearest_name(const char *word, const char *(*name_at)(size_t i, const void *user),
+                         const void *user);
 
 /* report.c */
 /* One line on stderr, "diaphan COMMAND: ...". */
-void complain(const struct settings *settings, const char *format, ...) __attribute__((format(printf, 2, 3)));
+void complain(const struct settings *settings, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
 /* The same with "warning: ", nothing with -q. */
-void warn(const struct settings *settings, const char *format, ...) __attribute__((format(printf, 2, 3)));
+void warn(const struct settings *settings, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
 /* With -v only. */
-void talk(const struct settings *settings, const char *format, ...) __attribute__((format(printf, 2, 3)));
+void talk(const struct settings *settings, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
 /* Complains about a failure of the library and returns the exit code that fits it. */
 int report_error(const struct settings *settings, const struct dph_error *err);
 /* Passes on the scene's warnings from number `first` on. */
@@ -93,10 +101,12 @@ double seconds_now(void);
 /* 12345678 as "12,345,678"; the buffer is the caller's. */
 const char *with_commas(size_t number, char buffer[32]);
 bool has_ending(const char *path, const char *ending);
-/* False, with a complaint, where an output cannot be written at `path`: found out before hours of work, not after. */
+/* False, with a complaint, where an output cannot be written at `path`: found out before hours of
+ * work, not after. */
 bool output_possible(const struct settings *settings, const char *path);
 
-/* json.c (named emit_, since jansson has taken json_): one object on stdout, valid whatever happens to the numbers (what is not finite becomes null). */
+/* json.c (named emit_, since jansson has taken json_): one object on stdout, valid whatever
+ * happens to the numbers (what is not finite becomes null). */
 struct json {
     FILE *stream;
     int depth;
@@ -124,15 +134,18 @@ bool progress_step(void *progress, double fraction); /* a dph_progress */
 void progress_end(struct progress *progress);
 
 /* bench_scale.c */
-/* Bakes made-up meshes of settings->size triangles; rows to `json` or, where that is NULL, a table. Returns an exit code. */
+/* Bakes made-up meshes of settings->size triangles; rows to `json` or, where that is NULL, a
+ * table. Returns an exit code. */
 int bench_scale(const struct settings *settings, struct json *json);
 
 /* prepare.c */
 /* Loads the scene, passes on its warnings. NULL: complained, *code is the exit code. */
 struct dph_scene *load_scene(const struct settings *settings, const char *path, int *code);
 /* Loads the material of --material, or `fallback`, with what --specular and the like change. */
-bool load_material(const struct settings *settings, const char *fallback, struct dph_material *material, int *code);
-/* Bakes with a progress bar and passes on the warnings that this brings. False: complained, *code is the exit code. */
+bool load_material(const struct settings *settings, const char *fallback,
+                   struct dph_material *material, int *code);
+/* Bakes with a progress bar and passes on the warnings that this brings. False: complained, *code
+ * is the exit code. */
 bool bake_scene(const struct settings *settings, struct dph_scene *scene, bool missing_only,
                 struct dph_scene_bake_report *report, int *code);
 

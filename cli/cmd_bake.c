@@ -1,8 +1,8 @@
 /* diaphan bake: load, bake, save, and say what it took. */
 #include "cli.h"
 
-static const char *const takes[] = {"output", "bands", "directions", "thickness", "fit", "store",
-                                    "size-mm", "material", NULL};
+static const char *const takes[] = {"output", "bands",   "directions", "thickness", "fit",
+                                    "store",  "size-mm", "material",   NULL};
 
 struct timing {
     double load, save, total;
@@ -11,7 +11,8 @@ struct timing {
 static void print_json(const struct settings *settings, const struct dph_scene_bake_report *report,
                        const struct timing *timing)
 {
-    size_t terms = (size_t)(settings->bake.bands * settings->bake.bands), size = dph_store_size(settings->store);
+    size_t terms = (size_t)(settings->bake.bands * settings->bake.bands),
+           size = dph_store_size(settings->store);
     struct json json;
     emit_begin(&json, stdout);
     emit_text(&json, "input", settings->input[0]);
@@ -51,7 +52,8 @@ static void print_text(const struct settings *settings, const struct dph_scene_b
            with_commas(report->positions, positions));
     if (report->bodies != 1)
         printf(", %zu bodies", report->bodies);
-    printf("\nbaked %d bands from %d directions (%s, %s) in %.2f s: load %.2f, sweep %.2f, projection %.2f, store %.2f, "
+    printf("\nbaked %d bands from %d directions (%s, %s) in %.2f s: load %.2f, sweep %.2f, "
+           "projection %.2f, store %.2f, "
            "save %.2f; %d threads\n",
            bands, report->directions, dph_definition_name(settings->bake.definition),
            dph_fit_name(settings->bake.fit), timing->total, timing->load, report->seconds_sweep,
@@ -109,8 +111,10 @@ const struct command command_bake = {
     .examples = "  diaphan bake bunny.obj -o bunny.glb\n"
                 "  diaphan bake head.ply -o head.glb --material skin1 --size-mm 200\n"
                 "  diaphan bake toy.gltf -o toy.glb --bands 4 --store snorm16 --json\n",
-    .notes = "The output is a glTF file that any loader opens; the coefficients are vertex attributes. From a glTF\n"
-             "input everything else is kept. With --material the weighted fit cares most for what light comes through\n"
+    .notes = "The output is a glTF file that any loader opens; the coefficients are vertex "
+             "attributes. From a glTF\n"
+             "input everything else is kept. With --material the weighted fit cares most for what "
+             "light comes through\n"
              "that material; --size-mm says how large the object is.\n",
     .options = takes,
     .min_inputs = 1,

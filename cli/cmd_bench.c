@@ -1,9 +1,10 @@
 /* diaphan bench: speed, measured in one run on one machine.
  *
- * bench bake times the sweep beside rays, the same positions of the same mesh along the same directions. The measurements take turns, a slice
- * each, until each has run long enough, so that a machine whose speed drifts slows all of them alike. The sweep's figure is what dph_bake
- * reports for all directions; rays, many times slower, run along a part of the directions, spread evenly over the list, a
- * different part every turn. Pairs are (position, direction). */
+ * bench bake times the sweep beside rays, the same positions of the same mesh along the same
+ * directions. The measurements take turns, a slice each, until each has run long enough, so that a
+ * machine whose speed drifts slows all of them alike. The sweep's figure is what dph_bake reports
+ * for all directions; rays, many times slower, run along a part of the directions, spread evenly
+ * over the list, a different part every turn. Pairs are (position, direction). */
 #define _POSIX_C_SOURCE 200809L
 #include "cli.h"
 
@@ -68,13 +69,15 @@ static void model_finish(struct model *model)
 }
 
 /* Takes a mesh down to its distinct positions. */
-static bool model_init(struct model *model, const char *name, const struct dph_mesh *mesh, struct dph_error *err)
+static bool model_init(struct model *model, const char *name, const struct dph_mesh *mesh,
+                       struct dph_error *err)
 {
     uint32_t *position_of = malloc((mesh->nvert + 1) * sizeof *position_of);
     *model = (struct model){.name = name, .triangles = mesh->ntri};
     if (!position_of)
         goto memory;
-    model->positions = dph_mesh_weld(mesh->position, 3 * sizeof(float), mesh->nvert, position_of, err);
+    model->positions =
+        dph_mesh_weld(mesh->position, 3 * sizeof(float), mesh->nvert, position_of, err);
     if (model->positions == SIZE_MAX) {
         free(position_of);
         return false;
@@ -84,7 +87,8 @@ static bool model_init(struct model *model, const char *name, const struct dph_m
     if (!model->position || !model->index)
         goto memory;
     for (size_t v = 0; v < mesh->nvert; v++)
-        memcpy(model->position + 3 * (size_t)position_of[v], mesh->position + 3 * v, 3 * sizeof(float));
+        memcpy(model->position + 3 * (size_t)position_of[v], mesh->position + 3 * v,
+               3 * sizeof(float));
     for (size_t i = 0; i < 3 * mesh->ntri; i++)
         model->index[i] = position_of[mesh->index[i]];
     free(position_of);
@@ -98,10 +102,11 @@ memory:
 }
 
 /* One slice of a sweep: the bake of all directions, of which only the sweep counts. */
-static bool slice_sweep(const struct model *model, const struct settings *settings, struct row *row, float *coefficient,
-                        struct dph_error *err)
+static bool slice_sweep(const struct model *model, const struct settings *settings, struct row *row,
+                        float *coefficient, struct dph_error *err)
 {
-    struct dph_bake_input input = {model->position, 0, model->positions, model->index, model->triangles};
+    struct dph_bake_input input = {model->position, 0, model->positions, model->index,
+                                   model->triangles};
     struct dph_bake_params params = settings->bake;
     struct dph_bake_report report;
     params.bands = 1; /* the projection is not measured here */
@@ -116,8 +121,9 @@ static bool slice_sweep(const struct model *model, const struct settings *settin
 }
 
 /* One slice of rays, along RAY_DIRECTIONS directions a thread. */
-static void slice_rays(const struct model *model, const struct dph_rays *rays, const float *direction, int count,
-                       int turn, struct row *row, float *thickness)
+static void slice_rays(const struct model *model, const struct dph_rays *rays,
+                       const float *direction, int count, int turn, struct row *row,
+                       float *thickness)
 {
     float chosen[3 * RAY_DIRECTIONS * 256];
     int slice = RAY_DIRECTIONS * row->threads;
@@ -131,22 +137,24 @@ static void slice_rays(const struct model *model, const struct dph_rays *rays, c
     row->pairs += (double)model->positions * slice;
 }
 
-static bool measure(const struct settings *settings, const struct model *model, struct row *rows, int nrow,
-                    struct progress *progress, struct dph_error *err)
+static bool measure(const struct settings *settings, const struct model *model, struct row *rows,
+                    int nrow, struct progress *progress, struct dph_error *err)
 {
     int count = (settings->bake.directions + 1) & ~1, most = 1;
     for (int r = 0; r < nrow; r++)
         most = rows[r].threads > most ? rows[r].threads : most;
     float *direction = malloc((size_t)count * 3 * sizeof *direction);
     float *coefficient = malloc((model->positions + 1) * sizeof *coefficient);
-    float *thickness = malloc((model->positions + 1) * (size_t)(RAY_DIRECTIONS * most) * sizeof *thickness);
+    float *thickness =
+        malloc((model->positions + 1) * (size_t)(RAY_DIRECTIONS * most) * sizeof *thickness);
     struct dph_rays *rays = NULL;
     bool ok = false;
     if (!direction || !coefficient || !thickness) {
         *err = (struct dph_error){DPH_ERROR_MEMORY, "out of memory"};
         goto error;
     }
-    if (!(rays = dph_rays_create(model->position, model->positions, model->index, model->triangles, err)))
+    if (!(rays = dph_rays_create(model->position, model->positions, model->index, model->triangles,
+                                 err)))
         goto error;
     dph_sh_directions(count, direction);
     bool done = false;
@@ -180,15 +188,17 @@ static void print_table(const struct model *model, const struct row *rows, int n
            with_commas(model->positions, b));
     printf("  thickness  threads   sweep M pairs/s   rays M pairs/s   ratio\n");
     for (int r = 0; r + 1 < nrow; r += 2) {
-        double sweep = rows[r].pairs / rows[r].seconds, rays = rows[r + 1].pairs / rows[r + 1].seconds;
-        printf("  %-9s  %7d   %15.2f   %14.2f   %5.1f\n", dph_definition_name(rows[r].definition), rows[r].threads,
-               1e-6 * sweep, 1e-6 * rays, sweep / rays);
+        double sweep = rows[r].pairs / rows[r].seconds,
+               rays = rows[r + 1].pairs / rows[r + 1].seconds;
+        printf("  %-9s  %7d   %15.2f   %14.2f   %5.1f\n", dph_definition_name(rows[r].definition),
+               rows[r].threads, 1e-6 * sweep, 1e-6 * rays, sweep / rays);
     }
     double first = rows[0].seconds / rows[0].pairs, inside = rows[2].seconds / rows[2].pairs;
     printf("  inside costs %.2f times first (sweep, %d thread)\n", inside / first, rows[0].threads);
 }
 
-static void print_row(struct json *json, const struct model *model, const struct row *row, int directions)
+static void print_row(struct json *json, const struct model *model, const struct row *row,
+                      int directions)
 {
     emit_object(json, NULL);
     emit_text(json, "model", model->name);
@@ -204,7 +214,8 @@ static void print_row(struct json *json, const struct model *model, const struct
 }
 
 /* All rows of one model: each definition and number of threads, the sweep and then the rays. */
-static int bench_model(const struct settings *settings, const char *name, const struct dph_mesh *mesh, struct json *json)
+static int bench_model(const struct settings *settings, const char *name,
+                       const struct dph_mesh *mesh, struct json *json)
 {
     struct dph_error err;
     struct model model;
@@ -216,7 +227,8 @@ static int bench_model(const struct settings *settings, const char *name, const 
     for (int t = 0; t < (all > 1 ? 2 : 1); t++)
         for (int d = 0; d < 2; d++)
             for (int engine = 0; engine < ENGINES; engine++)
-                rows[nrow++] = (struct row){.engine = engine, .threads = t ? all : 1, .definition = definitions[d]};
+                rows[nrow++] = (struct row){
+                    .engine = engine, .threads = t ? all : 1, .definition = definitions[d]};
     if (!mesh->ntri) {
         complain(settings, "%s: no triangles to measure", name);
         return EXIT_INPUT;
@@ -298,7 +310,8 @@ static int run(struct settings *settings)
         emit_text(&json, "cpu", cpu);
         emit_array(&json, "results");
     } else {
-        printf("diaphan %s on %s, %d directions\n", dph_version(), cpu, (settings->bake.directions + 1) & ~1);
+        printf("diaphan %s on %s, %d directions\n", dph_version(), cpu,
+               (settings->bake.directions + 1) & ~1);
     }
     if (settings->nsize)
         code = bench_scale(settings, settings->json ? &json : NULL);
@@ -327,9 +340,12 @@ const struct command command_bench = {
     .examples = "  diaphan bench bake\n"
                 "  diaphan bench bake bunny.obj lucy.ply --seconds 3 --json\n"
                 "  diaphan bench bake --scale 250000,500000,1000000\n",
-    .notes = "bake: pairs of position and direction a second, the sweep beside Embree's rays (rtcIntersect1 for the first\n"
-             "exit, a filter for all hits), one thread and all of them, in one run. Of a file with several bodies the largest\n"
-             "is measured. Without INPUT: the candle, and the bunny of the package glmark2-data where it is installed. --scale bakes made-up closed meshes of growing size,\n"
+    .notes = "bake: pairs of position and direction a second, the sweep beside Embree's rays "
+             "(rtcIntersect1 for the first\n"
+             "exit, a filter for all hits), one thread and all of them, in one run. Of a file with "
+             "several bodies the largest\n"
+             "is measured. Without INPUT: the candle, and the bunny of the package glmark2-data "
+             "where it is installed. --scale bakes made-up closed meshes of growing size,\n"
              "each in a process of its own, and shows time and peak memory.\n",
     .options = takes,
     .min_inputs = 1,

@@ -10,7 +10,8 @@ static int run(struct settings *settings)
     struct dph_scene *scene = NULL;
     int code = EXIT_DONE;
     const char *path = settings->output;
-    if (!has_ending(path, ".glb") && !has_ending(path, ".obj") && !has_ending(path, ".ply") && !has_ending(path, ".stl")) {
+    if (!has_ending(path, ".glb") && !has_ending(path, ".obj") && !has_ending(path, ".ply") &&
+        !has_ending(path, ".stl")) {
         complain(settings, "%s: the ending says the format, .glb, .obj, .ply or .stl", path);
         return EXIT_USAGE;
     }
@@ -19,7 +20,8 @@ static int run(struct settings *settings)
     if (!dph_mesh_init_candle(&mesh, &err))
         return report_error(settings, &err);
     size_t ntri = mesh.ntri, nvert = mesh.nvert;
-    if (!(scene = dph_scene_from_mesh(&mesh, "candle", &err)) || !dph_scene_save(scene, path, &err)) {
+    if (!(scene = dph_scene_from_mesh(&mesh, "candle", &err)) ||
+        !dph_scene_save(scene, path, &err)) {
         code = report_error(settings, &err);
         goto error;
     }
@@ -48,7 +50,8 @@ const struct command command_candle = {
     .usage = "-o OUTPUT",
     .examples = "  diaphan candle -o candle.glb\n"
                 "  diaphan candle -o candle.obj\n",
-    .notes = "A closed body of 59,704 triangles with unshared vertices, 179,112 of them, two units tall: the shape of the\n"
+    .notes = "A closed body of 59,704 triangles with unshared vertices, 179,112 of them, two units "
+             "tall: the shape of the\n"
              "paper's measurements. The ending says the format: .glb, .obj, .ply or .stl.\n",
     .options = takes,
     .min_inputs = 0,

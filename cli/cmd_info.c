@@ -1,5 +1,5 @@
-/* diaphan info: what a mesh or a baked file holds. Counts are those of the scene as it is drawn: a body counts once for each of its
- * instances. */
+/* diaphan info: what a mesh or a baked file holds. Counts are those of the scene as it is drawn: a
+ * body counts once for each of its instances. */
 #include "cli.h"
 
 #include <string.h>
@@ -77,7 +77,8 @@ static void print_baked(struct json *json, const struct dph_scene *scene)
     emit_close(json, '}');
 }
 
-static void print_json(const struct settings *settings, const struct dph_scene *scene, const struct totals *totals)
+static void print_json(const struct settings *settings, const struct dph_scene *scene,
+                       const struct totals *totals)
 {
     struct json json;
     emit_begin(&json, stdout);
@@ -105,12 +106,14 @@ static void print_json(const struct settings *settings, const struct dph_scene *
     emit_end(&json);
 }
 
-static void print_text(const struct settings *settings, const struct dph_scene *scene, const struct totals *totals)
+static void print_text(const struct settings *settings, const struct dph_scene *scene,
+                       const struct totals *totals)
 {
     char a[32], b[32], c[32];
     printf("%s\n", settings->input[0]);
-    printf("  mesh      %s triangles, %s vertices at %s positions\n", with_commas(totals->triangles, a),
-           with_commas(totals->vertices, b), with_commas(totals->positions, c));
+    printf("  mesh      %s triangles, %s vertices at %s positions\n",
+           with_commas(totals->triangles, a), with_commas(totals->vertices, b),
+           with_commas(totals->positions, c));
     if (scene->nbody != 1 || scene->ninstance != 1)
         printf("  scene     %zu bodies, %zu instances\n", scene->nbody, scene->ninstance);
     printf("  surface   ");
@@ -119,13 +122,14 @@ static void print_text(const struct settings *settings, const struct dph_scene *
     else if (!totals->triangles)
         printf("no triangles");
     else
-        printf("not closed: %s boundary, %s non-manifold, %s flipped edges", with_commas(totals->boundary, a),
-               with_commas(totals->nonmanifold, b), with_commas(totals->flipped, c));
+        printf("not closed: %s boundary, %s non-manifold, %s flipped edges",
+               with_commas(totals->boundary, a), with_commas(totals->nonmanifold, b),
+               with_commas(totals->flipped, c));
     printf(", %zu component%s", totals->components, totals->components == 1 ? "" : "s");
     if (totals->degenerate)
         printf(", %s triangles without area", with_commas(totals->degenerate, a));
-    printf("\n  bounds    %g %g %g to %g %g %g\n", scene->bounds[0][0], scene->bounds[0][1], scene->bounds[0][2],
-           scene->bounds[1][0], scene->bounds[1][1], scene->bounds[1][2]);
+    printf("\n  bounds    %g %g %g to %g %g %g\n", scene->bounds[0][0], scene->bounds[0][1],
+           scene->bounds[0][2], scene->bounds[1][0], scene->bounds[1][1], scene->bounds[1][2]);
     if (scene->mm_per_unit > 0.0)
         printf("  size      %.4g mm for the largest side, %.6g mm a unit\n",
                dph_scene_size(scene) * scene->mm_per_unit, scene->mm_per_unit);
@@ -137,8 +141,8 @@ static void print_text(const struct settings *settings, const struct dph_scene *
         return;
     }
     size_t size = dph_store_size(thickness->store);
-    printf("  baked     %d bands, thickness %s, fit %s", thickness->bands, dph_definition_name(thickness->definition),
-           dph_fit_name(thickness->fit));
+    printf("  baked     %d bands, thickness %s, fit %s", thickness->bands,
+           dph_definition_name(thickness->definition), dph_fit_name(thickness->fit));
     if (thickness->directions)
         printf(", %d directions", thickness->directions);
     printf("\n  stored    %s, %zu bytes a vertex", dph_store_name(thickness->store),
@@ -177,7 +181,8 @@ const struct command command_info = {
     .usage = "FILE",
     .examples = "  diaphan info bunny.obj\n"
                 "  diaphan info bunny.glb --json\n",
-    .notes = "A surface is closed where every edge has two triangles that run along it in opposite directions. Counts are\n"
+    .notes = "A surface is closed where every edge has two triangles that run along it in opposite "
+             "directions. Counts are\n"
              "those of the scene as it is drawn, every instance of a body counted.\n",
     .options = takes,
     .min_inputs = 1,

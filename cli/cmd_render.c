@@ -3,14 +3,14 @@
 
 #include <string.h>
 
-static const char *const takes[] = {
-    "output", "method", "material", "size-mm", "light", "camera", "fov", "exposure", "background", "resolution",
-    "use-bands", "window", "formula", "specular", "rim", "ambient", "samples",
-    /* of the bake in memory, where the file is not baked */
-    "bands", "directions", "thickness", "fit", "store", NULL};
+static const char *const takes[] = {"output", "method", "material", "size-mm", "light", "camera",
+                                    "fov", "exposure", "background", "resolution", "use-bands",
+                                    "window", "formula", "specular", "rim", "ambient", "samples",
+                                    /* of the bake in memory, where the file is not baked */
+                                    "bands", "directions", "thickness", "fit", "store", NULL};
 
-static struct dph_frame frame_of(const struct settings *settings, const struct dph_material *material,
-                                 const struct dph_scene *scene)
+static struct dph_frame frame_of(const struct settings *settings,
+                                 const struct dph_material *material, const struct dph_scene *scene)
 {
     struct dph_frame frame = dph_frame_defaults();
     frame.method = settings->method;
@@ -36,8 +36,8 @@ static void note_bands(const struct settings *settings, const struct dph_scene *
     for (size_t b = 0; b < scene->nbody; b++)
         if (scene->body[b].thickness && scene->body[b].thickness->bands > DPH_DRAW_BANDS) {
             if (!settings->quiet)
-                complain(settings, "%d bands are stored, the first %d are drawn", scene->body[b].thickness->bands,
-                         DPH_DRAW_BANDS);
+                complain(settings, "%d bands are stored, the first %d are drawn",
+                         scene->body[b].thickness->bands, DPH_DRAW_BANDS);
             return;
         }
 }
@@ -50,8 +50,8 @@ static bool needs_bake(const struct settings *settings, const struct dph_scene *
     return missing && settings->method->needs_thickness;
 }
 
-static void report(const struct settings *settings, const struct dph_frame *frame, const struct dph_gl *gl,
-                   double seconds_bake, double seconds)
+static void report(const struct settings *settings, const struct dph_frame *frame,
+                   const struct dph_gl *gl, double seconds_bake, double seconds)
 {
     if (settings->json) {
         struct json json;
@@ -71,8 +71,8 @@ static void report(const struct settings *settings, const struct dph_frame *fram
         emit_close(&json, '}');
         emit_end(&json);
     } else if (!settings->quiet) {
-        printf("wrote %s: %s in %s, %dx%d\n", settings->output, frame->method->name, frame->material.name,
-               frame->width, frame->height);
+        printf("wrote %s: %s in %s, %dx%d\n", settings->output, frame->method->name,
+               frame->material.name, frame->width, frame->height);
     }
 }
 
@@ -110,6 +110,8 @@ static int run(struct settings *settings)
     note_bands(settings, scene);
     struct dph_frame frame = frame_of(settings, &material, scene);
     struct dph_tone tone = {.exposure = settings->exposure};
+    if (frame.method->quantity)
+        tone = (struct dph_tone){.linear = true};
     if (!(renderer = dph_renderer_create(scene, &err)) ||
         !dph_image_init(&image, frame.width, frame.height, &err) ||
         !dph_renderer_draw(renderer, &frame, &image, &err) ||
@@ -132,12 +134,17 @@ const struct command command_render = {
     .name = "render",
     .summary = "draw one picture, without a window",
     .usage = "INPUT -o IMAGE [options]",
-    .examples = "  diaphan render bunny.glb -o bunny.png\n"
-                "  diaphan render bunny.obj -o bunny.png --material marble --size-mm 40 --light 160,20\n"
-                "  diaphan render head.glb -o head.exr --camera 20,5,3 --light 200,10 --light 30,40,1,1,1\n",
-    .notes = "A file that is not baked is baked in memory. IMAGE is .png (8 bit, sRGB) or .exr (32-bit float, linear, with\n"
-             "coverage). A light stands at (cos EL sin AZ, sin EL, cos EL cos AZ), y up, and so does the camera, which looks\n"
-             "at the centre of the bounding box. With irradiance pi white paper that faces the light has radiance 1.\n",
+    .examples =
+        "  diaphan render bunny.glb -o bunny.png\n"
+        "  diaphan render bunny.obj -o bunny.png --material marble --size-mm 40 --light 160,20\n"
+        "  diaphan render head.glb -o head.exr --camera 20,5,3 --light 200,10 --light "
+        "30,40,1,1,1\n",
+    .notes = "A file that is not baked is baked in memory. IMAGE is .png (8 bit, sRGB) or .exr "
+             "(32-bit float, linear, with\n"
+             "coverage). A light stands at (cos EL sin AZ, sin EL, cos EL cos AZ), y up, and so "
+             "does the camera, which looks\n"
+             "at the centre of the bounding box. With irradiance pi white paper that faces the "
+             "light has radiance 1.\n",
     .options = takes,
     .min_inputs = 1,
     .max_inputs = 1,

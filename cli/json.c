@@ -18,12 +18,16 @@ static void quoted(struct json *json, const char *text)
     putc('"', json->stream);
 }
 
-/* Bytes of the UTF-8 sequence that starts at `c`, 0 where it is none (RFC 3629: no overlong forms, no surrogates). */
+/* Bytes of the UTF-8 sequence that starts at `c`, 0 where it is none (RFC 3629: no overlong forms,
+ * no surrogates). */
 static int sequence(const unsigned char *c)
 {
     if (c[0] < 0x80)
         return 1;
-    int length = c[0] >= 0xc2 && c[0] <= 0xdf ? 2 : (c[0] & 0xf0) == 0xe0 ? 3 : c[0] >= 0xf0 && c[0] <= 0xf4 ? 4 : 0;
+    int length = c[0] >= 0xc2 && c[0] <= 0xdf   ? 2
+                 : (c[0] & 0xf0) == 0xe0        ? 3
+                 : c[0] >= 0xf0 && c[0] <= 0xf4 ? 4
+                                                : 0;
     for (int i = 1; i < length; i++)
         if ((c[i] & 0xc0) != 0x80)
             return 0;

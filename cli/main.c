@@ -1,4 +1,5 @@
-/* diaphan - directional thickness of meshes, and translucent pictures of them. The table of commands. */
+/* diaphan - directional thickness of meshes, and translucent pictures of them. The table of
+ * commands. */
 #define _POSIX_C_SOURCE 200809L
 #include "cli.h"
 
@@ -25,15 +26,17 @@ static const char *command_name(size_t i, const void *user)
 
 static void print_help(FILE *stream)
 {
-    fprintf(stream, "diaphan bakes how thick a mesh is in every direction and draws it translucent.\n\n"
-                    "Examples:\n"
-                    "  diaphan candle -o candle.glb               write the candle mesh\n"
-                    "  diaphan bake bunny.obj -o bunny.glb        bake a mesh, once\n"
-                    "  diaphan render bunny.glb -o bunny.png      draw it with the light behind\n\n"
-                    "Commands:\n");
+    fprintf(stream,
+            "diaphan bakes how thick a mesh is in every direction and draws it translucent.\n\n"
+            "Examples:\n"
+            "  diaphan candle -o candle.glb               write the candle mesh\n"
+            "  diaphan bake bunny.obj -o bunny.glb        bake a mesh, once\n"
+            "  diaphan render bunny.glb -o bunny.png      draw it with the light behind\n\n"
+            "Commands:\n");
     for (size_t i = 0; commands[i]; i++)
         fprintf(stream, "  %-8s %s\n", commands[i]->name, commands[i]->summary);
-    fprintf(stream, "\ndiaphan help COMMAND says more. Meshes are .glb, .gltf, .obj, .ply or .stl.\n");
+    fprintf(stream,
+            "\ndiaphan help COMMAND says more. Meshes are .glb, .gltf, .obj, .ply or .stl.\n");
 }
 
 static int unknown_command(const char *name)

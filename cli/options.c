@@ -1,4 +1,5 @@
-/* The one table of options: parsing, range checks and help all walk it. A command names those it takes. */
+/* The one table of options: parsing, range checks and help all walk it. A command names those it
+ * takes. */
 #include "cli.h"
 
 #include <ctype.h>
@@ -11,15 +12,22 @@ enum { WHY = 256 };
 
 struct option {
     const char *name;
-    char letter;          /* 0: none                                                                    */
-    const char *argument; /* as help shows it; NULL: a flag                                             */
-    const char *initial;  /* the default as help shows it; NULL: none                                   */
-    const char *help;     /* what it means, with the unit                                               */
-    size_t offset;        /* of the field in struct settings                                            */
-    double low, high;     /* of numbers                                                                 */
-    const char *(*choice)(size_t i); /* the values there are, NULL beyond the last                      */
-    /* Sets the field from `value`; false with the reason, a clause that follows "--name: ", in `why` (WHY bytes). */
-    bool (*parse)(const struct option *option, struct settings *settings, const char *value, char *why);
+    char letter; /* 0: none                                                                    */
+    const char
+        *argument; /* as help shows it; NULL: a flag                                             */
+    const char
+        *initial; /* the default as help shows it; NULL: none                                   */
+    const char
+        *help;     /* what it means, with the unit                                               */
+    size_t offset; /* of the field in struct settings                                            */
+    double low,
+        high; /* of numbers                                                                 */
+    const char *(*choice)(
+        size_t i); /* the values there are, NULL beyond the last                      */
+    /* Sets the field from `value`; false with the reason, a clause that follows "--name: ", in
+     * `why` (WHY bytes). */
+    bool (*parse)(const struct option *option, struct settings *settings, const char *value,
+                  char *why);
 };
 
 static void *field(const struct option *option, struct settings *settings)
@@ -27,7 +35,8 @@ static void *field(const struct option *option, struct settings *settings)
     return (char *)settings + option->offset;
 }
 
-/* Up to `room` numbers with commas between and nothing else; their count, -1 where that is not what stands there. */
+/* Up to `room` numbers with commas between and nothing else; their count, -1 where that is not
+ * what stands there. */
 static int numbers(const char *text, double *value, int room)
 {
     for (int n = 0;; n++) {
@@ -45,7 +54,8 @@ static int numbers(const char *text, double *value, int room)
     }
 }
 
-static bool parse_flag(const struct option *option, struct settings *settings, const char *value, char *why)
+static bool parse_flag(const struct option *option, struct settings *settings, const char *value,
+                       char *why)
 {
     (void)value;
     (void)why;
@@ -64,7 +74,8 @@ static bool in_range(const struct option *option, double number, const char *val
     return false;
 }
 
-static bool parse_int(const struct option *option, struct settings *settings, const char *value, char *why)
+static bool parse_int(const struct option *option, struct settings *settings, const char *value,
+                      char *why)
 {
     char *end;
     errno = 0;
@@ -81,7 +92,8 @@ static bool parse_int(const struct option *option, struct settings *settings, co
     return true;
 }
 
-static bool parse_real(const struct option *option, struct settings *settings, const char *value, char *why)
+static bool parse_real(const struct option *option, struct settings *settings, const char *value,
+                       char *why)
 {
     double number;
     if (numbers(value, &number, 1) != 1) {
@@ -94,7 +106,8 @@ static bool parse_real(const struct option *option, struct settings *settings, c
     return true;
 }
 
-static bool parse_text(const struct option *option, struct settings *settings, const char *value, char *why)
+static bool parse_text(const struct option *option, struct settings *settings, const char *value,
+                       char *why)
 {
     if (!*value) {
         snprintf(why, WHY, "is empty");
@@ -118,7 +131,8 @@ static int choice_of(const struct option *option, const char *value, char *why)
     return -1;
 }
 
-static bool parse_choice(const struct option *option, struct settings *settings, const char *value, char *why)
+static bool parse_choice(const struct option *option, struct settings *settings, const char *value,
+                         char *why)
 {
     int number = choice_of(option, value, why);
     if (number >= 0)
@@ -132,7 +146,8 @@ static const char *method_name(size_t i)
     return method ? method->name : NULL;
 }
 
-static bool parse_method(const struct option *option, struct settings *settings, const char *value, char *why)
+static bool parse_method(const struct option *option, struct settings *settings, const char *value,
+                         char *why)
 {
     int number = choice_of(option, value, why);
     if (number >= 0)
@@ -140,7 +155,8 @@ static bool parse_method(const struct option *option, struct settings *settings,
     return number >= 0;
 }
 
-static bool parse_light(const struct option *option, struct settings *settings, const char *value, char *why)
+static bool parse_light(const struct option *option, struct settings *settings, const char *value,
+                        char *why)
 {
     (void)option;
     const double pi = 3.14159265358979323846;
@@ -151,7 +167,8 @@ static bool parse_light(const struct option *option, struct settings *settings, 
         return false;
     }
     if (v[1] < -90 || v[1] > 90 || v[2] < 0 || v[3] < 0 || v[4] < 0) {
-        snprintf(why, WHY, "%.64s: the elevation is -90 to 90 degrees, R,G,B are not negative", value);
+        snprintf(why, WHY, "%.64s: the elevation is -90 to 90 degrees, R,G,B are not negative",
+                 value);
         return false;
     }
     if (settings->nlight == DPH_MAX_LIGHTS) {
@@ -164,13 +181,15 @@ static bool parse_light(const struct option *option, struct settings *settings, 
     return true;
 }
 
-static bool parse_camera(const struct option *option, struct settings *settings, const char *value, char *why)
+static bool parse_camera(const struct option *option, struct settings *settings, const char *value,
+                         char *why)
 {
     (void)option;
     double v[3] = {0, 0, settings->camera.distance};
     int n = numbers(value, v, 3);
     if ((n != 2 && n != 3) || v[1] < -90 || v[1] > 90 || v[2] <= 0 || v[2] > 1e6) {
-        snprintf(why, WHY, "wants AZ,EL[,DIST] with EL -90 to 90 and DIST above 0, not '%.64s'", value);
+        snprintf(why, WHY, "wants AZ,EL[,DIST] with EL -90 to 90 and DIST above 0, not '%.64s'",
+                 value);
         return false;
     }
     settings->camera.azimuth = v[0];
@@ -179,7 +198,8 @@ static bool parse_camera(const struct option *option, struct settings *settings,
     return true;
 }
 
-static bool parse_colour(const struct option *option, struct settings *settings, const char *value, char *why)
+static bool parse_colour(const struct option *option, struct settings *settings, const char *value,
+                         char *why)
 {
     double v[3];
     if (numbers(value, v, 3) != 3 || v[0] < 0 || v[1] < 0 || v[2] < 0) {
@@ -190,11 +210,13 @@ static bool parse_colour(const struct option *option, struct settings *settings,
     return true;
 }
 
-static bool parse_resolution(const struct option *option, struct settings *settings, const char *value, char *why)
+static bool parse_resolution(const struct option *option, struct settings *settings,
+                             const char *value, char *why)
 {
     int width, height, used = 0;
-    if (!isdigit((unsigned char)*value) || sscanf(value, "%5dx%5d%n", &width, &height, &used) != 2 ||
-        value[used] || width < 1 || height < 1 || width > option->high || height > option->high) {
+    if (!isdigit((unsigned char)*value) ||
+        sscanf(value, "%5dx%5d%n", &width, &height, &used) != 2 || value[used] || width < 1 ||
+        height < 1 || width > option->high || height > option->high) {
         snprintf(why, WHY, "wants WIDTHxHEIGHT, each 1 to %g, not '%.64s'", option->high, value);
         return false;
     }
@@ -203,7 +225,8 @@ static bool parse_resolution(const struct option *option, struct settings *setti
     return true;
 }
 
-static bool parse_sizes(const struct option *option, struct settings *settings, const char *value, char *why)
+static bool parse_sizes(const struct option *option, struct settings *settings, const char *value,
+                        char *why)
 {
     double v[MAX_SIZES];
     int n = numbers(value, v, MAX_SIZES);
@@ -255,41 +278,71 @@ static const struct option options[] = {
     {"help", 'h', NULL, NULL, "this text", AT(help), 0, 0, NULL, parse_flag},
     {"version", 0, NULL, NULL, "the version", AT(version), 0, 0, NULL, parse_flag},
     {"quiet", 'q', NULL, NULL, "errors only", AT(quiet), 0, 0, NULL, parse_flag},
-    {"verbose", 'v', NULL, NULL, "say more about what is done", AT(verbose), 0, 0, NULL, parse_flag},
-    {"threads", 0, "N", "all processors", "threads to use, 1 to 256", AT(threads), 1, 256, NULL, parse_int},
-    {"json", 0, NULL, NULL, "one JSON object on stdout and nothing else there", AT(json), 0, 0, NULL, parse_flag},
+    {"verbose", 'v', NULL, NULL, "say more about what is done", AT(verbose), 0, 0, NULL,
+     parse_flag},
+    {"threads", 0, "N", "all processors", "threads to use, 1 to 256", AT(threads), 1, 256, NULL,
+     parse_int},
+    {"json", 0, NULL, NULL, "one JSON object on stdout and nothing else there", AT(json), 0, 0,
+     NULL, parse_flag},
     /* files */
-    {"output", 'o', "FILE", NULL, "where the result goes; appears whole or not at all", AT(output), 0, 0, NULL, parse_text},
+    {"output", 'o', "FILE", NULL, "where the result goes; appears whole or not at all", AT(output),
+     0, 0, NULL, parse_text},
     /* the bake */
-    {"bands", 0, "N", "6", "SH bands, 1 to 8: N*N coefficients; drawing uses at most 6", AT(bake.bands), 1, DPH_MAX_BANDS, NULL, parse_int},
-    {"directions", 0, "N", "1024", "directions on the sphere, even, 16 to 65536", AT(bake.directions), 16, 65536, NULL, parse_int},
-    {"thickness", 0, "WHICH", "inside", "all matter along the ray, to the first exit, or to the farthest", AT(bake.definition), 0, 0, definition_name, parse_choice},
-    {"fit", 0, "HOW", "weighted", "plain projection over the sphere, or least squares weighted by what light comes through", AT(bake.fit), 0, 0, fit_name, parse_choice},
-    {"store", 0, "TYPE", "snorm8", "component type of the coefficients", AT(store), 0, 0, store_name, parse_choice},
-    {"size-mm", 0, "X", "the baked file's, else 25", "largest side of the whole scene in mm", AT(size_mm), 1e-9, 1e12, NULL, parse_real},
+    {"bands", 0, "N", "6", "SH bands, 1 to 8: N*N coefficients; drawing uses at most 6",
+     AT(bake.bands), 1, DPH_MAX_BANDS, NULL, parse_int},
+    {"directions", 0, "N", "1024", "directions on the sphere, even, 16 to 65536",
+     AT(bake.directions), 16, 65536, NULL, parse_int},
+    {"thickness", 0, "WHICH", "inside",
+     "all matter along the ray, to the first exit, or to the farthest", AT(bake.definition), 0, 0,
+     definition_name, parse_choice},
+    {"fit", 0, "HOW", "weighted",
+     "plain projection over the sphere, or least squares weighted by what light comes through",
+     AT(bake.fit), 0, 0, fit_name, parse_choice},
+    {"store", 0, "TYPE", "snorm8", "component type of the coefficients", AT(store), 0, 0,
+     store_name, parse_choice},
+    {"size-mm", 0, "X", "the baked file's, else 25", "largest side of the whole scene in mm",
+     AT(size_mm), 1e-9, 1e12, NULL, parse_real},
     /* the picture */
     {"method", 0, "NAME", "shsss", "how to shade", AT(method), 0, 0, method_name, parse_method},
-    {"material", 0, "NAME", "wax; for bake none", "a preset or a JSON file with coefficients in 1/mm", AT(material), 0, 0, NULL, parse_text},
-    {"light", 0, "AZ,EL[,R,G,B]", "150,30 with pi each", "a distant light: where it stands in degrees, y up, and its irradiance; repeatable", AT(light), 0, 0, NULL, parse_light},
-    {"camera", 0, "AZ,EL[,DIST]", "0,15,3.5", "where the camera stands, in degrees and bounding-sphere radii", AT(camera), 0, 0, NULL, parse_camera},
-    {"fov", 0, "DEG", "35", "vertical field of view in degrees, 1 to 170", AT(camera.fov), 1, 170, NULL, parse_real},
-    {"exposure", 0, "STOPS", "0", "the picture times 2^STOPS, for .png", AT(exposure), -64, 64, NULL, parse_real},
-    {"background", 0, "R,G,B", "0,0,0", "colour behind the object, linear", AT(background), 0, 0, NULL, parse_colour},
+    {"material", 0, "NAME", "wax; for bake none",
+     "a preset or a JSON file with coefficients in 1/mm", AT(material), 0, 0, NULL, parse_text},
+    {"light", 0, "AZ,EL[,R,G,B]", "150,30 with pi each",
+     "a distant light: where it stands in degrees, y up, and its irradiance; repeatable", AT(light),
+     0, 0, NULL, parse_light},
+    {"camera", 0, "AZ,EL[,DIST]", "0,15,3.5",
+     "where the camera stands, in degrees and bounding-sphere radii", AT(camera), 0, 0, NULL,
+     parse_camera},
+    {"fov", 0, "DEG", "35", "vertical field of view in degrees, 1 to 170", AT(camera.fov), 1, 170,
+     NULL, parse_real},
+    {"exposure", 0, "STOPS", "0", "the picture times 2^STOPS, for .png", AT(exposure), -64, 64,
+     NULL, parse_real},
+    {"background", 0, "R,G,B", "0,0,0", "colour behind the object, linear", AT(background), 0, 0,
+     NULL, parse_colour},
     {"resolution", 0, "WxH", "1280x800", "pixels", AT(width), 1, 32768, NULL, parse_resolution},
-    {"use-bands", 0, "N", "all", "draw with the first N of the stored bands, 1 to 6", AT(use_bands), 1, DPH_DRAW_BANDS, NULL, parse_int},
-    {"window", 0, "NAME", "none", "damps ringing, at the price of detail", AT(window), 0, 0, window_name, parse_choice},
-    {"formula", 0, "NAME", "g", "how thickness becomes light: ours, or the paper's sum", AT(formula), 0, 0, formula_name, parse_choice},
-    {"specular", 0, "X", "the material's, else 0", "scale of the highlight", AT(specular), 0, 1e6, NULL, parse_real},
-    {"rim", 0, "X", "the material's, else 0", "scale of the rim light", AT(rim), 0, 1e6, NULL, parse_real},
-    {"ambient", 0, "X", "the material's, else 0", "light from everywhere, as radiance", AT(ambient), 0, 1e6, NULL, parse_real},
+    {"use-bands", 0, "N", "all", "draw with the first N of the stored bands, 1 to 6", AT(use_bands),
+     1, DPH_DRAW_BANDS, NULL, parse_int},
+    {"window", 0, "NAME", "none", "damps ringing, at the price of detail", AT(window), 0, 0,
+     window_name, parse_choice},
+    {"formula", 0, "NAME", "g", "how thickness becomes light: ours, or the paper's sum",
+     AT(formula), 0, 0, formula_name, parse_choice},
+    {"specular", 0, "X", "the material's, else 0", "scale of the highlight", AT(specular), 0, 1e6,
+     NULL, parse_real},
+    {"rim", 0, "X", "the material's, else 0", "scale of the rim light", AT(rim), 0, 1e6, NULL,
+     parse_real},
+    {"ambient", 0, "X", "the material's, else 0", "light from everywhere, as radiance", AT(ambient),
+     0, 1e6, NULL, parse_real},
     {"samples", 0, "N", "4", "multisampling, 1 to 16", AT(samples), 1, 16, NULL, parse_int},
     /* measuring */
-    {"seconds", 0, "S", "1", "how long each measurement runs at least", AT(seconds), 0.01, 3600, NULL, parse_real},
-    {"scale", 0, "N,N,...", NULL, "bake made-up closed meshes of about these many triangles and show time and memory", AT(size), 12, 2e8, NULL, parse_sizes},
+    {"seconds", 0, "S", "1", "how long each measurement runs at least", AT(seconds), 0.01, 3600,
+     NULL, parse_real},
+    {"scale", 0, "N,N,...", NULL,
+     "bake made-up closed meshes of about these many triangles and show time and memory", AT(size),
+     12, 2e8, NULL, parse_sizes},
 };
 enum { NOPTION = sizeof options / sizeof options[0] };
 
-static const char *const common[] = {"help", "version", "quiet", "verbose", "threads", "json", NULL};
+static const char *const common[] = {"help",    "version", "quiet", "verbose",
+                                     "threads", "json",    NULL};
 
 static bool listed(const char *const *names, const char *name)
 {
@@ -347,7 +400,8 @@ static size_t distance(const char *a, const char *b)
     return row[nb];
 }
 
-const char *nearest_name(const char *word, const char *(*name_at)(size_t i, const void *user), const void *user)
+const char *nearest_name(const char *word, const char *(*name_at)(size_t i, const void *user),
+                         const void *user)
 {
     const char *best = NULL, *name;
     size_t least = strlen(word) / 3 + 2; /* further away it is another word */
@@ -380,7 +434,8 @@ static bool unknown(const struct settings *settings, const char *name)
     if (near)
         complain(settings, "unknown option --%s; did you mean --%s?", name, near);
     else
-        complain(settings, "unknown option --%s; see diaphan help %s", name, settings->command->name);
+        complain(settings, "unknown option --%s; see diaphan help %s", name,
+                 settings->command->name);
     return false;
 }
 
@@ -406,7 +461,8 @@ static bool parse_option(struct settings *settings, int argc, char **argv, int *
             if (options[k].letter == word[1] && takes(settings->command, &options[k]))
                 option = &options[k];
         if (!option || (!option->argument && word[2])) {
-            complain(settings, "unknown option %s; see diaphan help %s", word, settings->command->name);
+            complain(settings, "unknown option %s; see diaphan help %s", word,
+                     settings->command->name);
             return false;
         }
         if (word[2])
@@ -449,12 +505,13 @@ bool settings_parse(struct settings *settings, int argc, char **argv, int first)
     if (settings->help || settings->version)
         return true;
     if (settings->ninput < command->min_inputs) {
-        complain(settings, "too few arguments; usage: diaphan %s %s", command->name, command->usage);
+        complain(settings, "too few arguments; usage: diaphan %s %s", command->name,
+                 command->usage);
         return false;
     }
     if (settings->ninput > command->max_inputs) {
-        complain(settings, "what is '%s' for? usage: diaphan %s %s", settings->input[command->max_inputs],
-                 command->name, command->usage);
+        complain(settings, "what is '%s' for? usage: diaphan %s %s",
+                 settings->input[command->max_inputs], command->name, command->usage);
         return false;
     }
     if (command->wants_output && !settings->output) {
@@ -467,9 +524,9 @@ bool settings_parse(struct settings *settings, int argc, char **argv, int first)
 static void print_option(const struct option *option)
 {
     char head[64];
-    snprintf(head, sizeof head, "%s%c%s--%s%s%s", option->letter ? "-" : "", option->letter ? option->letter : ' ',
-             option->letter ? ", " : "   ", option->name, option->argument ? " " : "",
-             option->argument ? option->argument : "");
+    snprintf(head, sizeof head, "%s%c%s--%s%s%s", option->letter ? "-" : "",
+             option->letter ? option->letter : ' ', option->letter ? ", " : "   ", option->name,
+             option->argument ? " " : "", option->argument ? option->argument : "");
     printf("  %-28s %s", head, option->help);
     const char *name;
     for (size_t i = 0; option->choice && (name = option->choice(i)); i++)
@@ -481,8 +538,8 @@ static void print_option(const struct option *option)
 
 void print_command_help(const struct command *command)
 {
-    printf("diaphan %s - %s\n\nExamples:\n%s\nUsage: diaphan %s %s\n", command->name, command->summary,
-           command->examples, command->name, command->usage);
+    printf("diaphan %s - %s\n\nExamples:\n%s\nUsage: diaphan %s %s\n", command->name,
+           command->summary, command->examples, command->name, command->usage);
     if (command->options[0])
         printf("\nOptions [default]:\n");
     for (int i = 0; i < NOPTION; i++)

@@ -16,7 +16,8 @@ struct dph_scene *load_scene(const struct settings *settings, const char *path, 
     return scene;
 }
 
-bool load_material(const struct settings *settings, const char *fallback, struct dph_material *material, int *code)
+bool load_material(const struct settings *settings, const char *fallback,
+                   struct dph_material *material, int *code)
 {
     struct dph_error err;
     if (!dph_material_load(settings->material ? settings->material : fallback, material, &err)) {

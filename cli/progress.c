@@ -1,4 +1,5 @@
-/* The progress bar: percent and time left, drawn once work has taken a moment, wiped when it is done. */
+/* The progress bar: percent and time left, drawn once work has taken a moment, wiped when it is
+ * done. */
 #define _POSIX_C_SOURCE 200809L
 #include "cli.h"
 

@@ -11,15 +11,18 @@
 #include <time.h>
 #include <unistd.h>
 
-/* Bold and a colour for the word that matters; not in files, not where the user declines (no-color.org). */
+/* Bold and a colour for the word that matters; not in files, not where the user declines
+ * (no-color.org). */
 static bool colours(void)
 {
     const char *declined = getenv("NO_COLOR"), *terminal = getenv("TERM");
-    return !(declined && *declined) && isatty(STDERR_FILENO) && terminal && strcmp(terminal, "dumb") != 0;
+    return !(declined && *declined) && isatty(STDERR_FILENO) && terminal &&
+           strcmp(terminal, "dumb") != 0;
 }
 
-__attribute__((format(printf, 3, 0))) static void
-say(const struct settings *settings, const char *kind, const char *format, va_list args)
+__attribute__((format(printf, 3, 0))) static void say(const struct settings *settings,
+                                                      const char *kind, const char *format,
+                                                      va_list args)
 {
     char text[1024];
     vsnprintf(text, sizeof text, format, args);

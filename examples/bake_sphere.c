@@ -1,10 +1,12 @@
-/* Bakes a sphere of radius 10 from plain arrays and prints how thick it is at its top, straight down. */
+/* Bakes a sphere of radius 10 from plain arrays and prints how thick it is at its top, straight
+ * down. */
 #include <diaphan/diaphan.h>
 #include <math.h>
 #include <stdio.h>
 
 enum { RINGS = 48, SECTORS = 96 };
-static float position[RINGS + 1][SECTORS][3]; /* equal points at the poles and nowhere else: they are welded */
+static float position[RINGS + 1][SECTORS]
+                     [3]; /* equal points at the poles and nowhere else: they are welded */
 static uint32_t index[RINGS * SECTORS * 2][3];
 static float coefficient[(RINGS + 1) * SECTORS * DPH_MAX_BANDS * DPH_MAX_BANDS];
 
@@ -27,7 +29,8 @@ int main(void)
             t += 2;
         }
 
-    struct dph_bake_input sphere = {&position[0][0][0], 0, (RINGS + 1) * SECTORS, &index[0][0], RINGS * SECTORS * 2};
+    struct dph_bake_input sphere = {&position[0][0][0], 0, (RINGS + 1) * SECTORS, &index[0][0],
+                                    RINGS * SECTORS * 2};
     struct dph_bake_params params = dph_bake_defaults();
     params.fit = DPH_FIT_SPHERE;
     struct dph_error err;

@@ -1,4 +1,5 @@
-/* Rays through Embree against closed forms: a box, a sphere, nested spheres; and the state of the calling thread. */
+/* Rays through Embree against closed forms: a box, a sphere, nested spheres; and the state of the
+ * calling thread. */
 #include <diaphan/trace.h>
 
 #include <math.h>
@@ -22,16 +23,19 @@ static const uint32_t box_index[12][3] = {{0, 2, 1}, {0, 3, 2}, {4, 5, 6}, {4, 6
                                           {0, 1, 5}, {0, 5, 4}, {3, 7, 6}, {3, 6, 2},
                                           {0, 4, 7}, {0, 7, 3}, {1, 2, 6}, {1, 6, 5}};
 
-/* A direction per number, spread over the sphere; none lies in a plane of the axes, where the rays would run along edges. */
+/* A direction per number, spread over the sphere; none lies in a plane of the axes, where the rays
+ * would run along edges. */
 static void spread(int i, int count, float direction[3])
 {
-    double z = 1.0 - (2.0 * i + 1.0) / count, r = sqrt(1.0 - z * z), a = 2.39996322972865332 * i + 0.1;
+    double z = 1.0 - (2.0 * i + 1.0) / count, r = sqrt(1.0 - z * z),
+           a = 2.39996322972865332 * i + 0.1;
     direction[0] = (float)(r * cos(a));
     direction[1] = (float)(r * sin(a));
     direction[2] = (float)z;
 }
 
-/* From a corner into the box the exit is the nearest of the three far faces; elsewhere the ray leaves at once. */
+/* From a corner into the box the exit is the nearest of the three far faces; elsewhere the ray
+ * leaves at once. */
 static void box_corners_in_closed_form(void **state)
 {
     (void)state;
@@ -71,8 +75,12 @@ static void box_corners_in_closed_form(void **state)
     }
 }
 
-enum { RINGS = 96, SECTORS = 192, SPHERE_POSITIONS = 2 + (RINGS - 1) * SECTORS,
-       SPHERE_TRIANGLES = 2 * SECTORS * (RINGS - 1) };
+enum {
+    RINGS = 96,
+    SECTORS = 192,
+    SPHERE_POSITIONS = 2 + (RINGS - 1) * SECTORS,
+    SPHERE_TRIANGLES = 2 * SECTORS * (RINGS - 1)
+};
 
 /* A closed sphere of radius r; inward: faces turned inside. Appends at positions `first`. */
 static void add_sphere(double r, bool inward, uint32_t first, float *position, uint32_t *index)
@@ -117,14 +125,16 @@ static void sphere_chords(void **state)
     static float thickness[SPHERE_POSITIONS];
     static int balance[SPHERE_POSITIONS];
     add_sphere(2.0, false, 0, position, index);
-    struct dph_rays *rays = dph_rays_create(position, SPHERE_POSITIONS, index, SPHERE_TRIANGLES, NULL);
+    struct dph_rays *rays =
+        dph_rays_create(position, SPHERE_POSITIONS, index, SPHERE_TRIANGLES, NULL);
     assert_non_null(rays);
     for (uint32_t v = 0; v < SPHERE_POSITIONS; v++)
         origin[v] = v;
     for (int i = 0; i < 20; i++) {
         float w[3];
         spread(i, 20, w);
-        dph_rays_thickness(rays, DPH_THICKNESS_INSIDE, origin, SPHERE_POSITIONS, w, thickness, balance);
+        dph_rays_thickness(rays, DPH_THICKNESS_INSIDE, origin, SPHERE_POSITIONS, w, thickness,
+                           balance);
         for (size_t v = 0; v < SPHERE_POSITIONS; v++) {
             const float *n = position + 3 * v;
             double chord = -2 * (double)(n[0] * w[0] + n[1] * w[1] + n[2] * w[2]);
@@ -143,15 +153,17 @@ static void sphere_chords(void **state)
         spread(i, COUNT, w[i]);
     dph_rays_thickness_all(rays, DPH_THICKNESS_FIRST, &w[0][0], COUNT, 2, all);
     for (int i = 0; i < COUNT; i++) {
-        dph_rays_thickness(rays, DPH_THICKNESS_FIRST, origin, SPHERE_POSITIONS, w[i], thickness, NULL);
+        dph_rays_thickness(rays, DPH_THICKNESS_FIRST, origin, SPHERE_POSITIONS, w[i], thickness,
+                           NULL);
         assert_memory_equal(all + i * (size_t)SPHERE_POSITIONS, thickness, sizeof thickness);
     }
     free(all);
     dph_rays_destroy(rays);
 }
 
-/* A ball of radius 3 with a hollow of radius 2 around a ball of radius 1; from the outer pole straight through the centre: matter 3-2, gap,
- * 2, gap, 1. First exit 1, inside 1 + 2 + 1, farthest 6. */
+/* A ball of radius 3 with a hollow of radius 2 around a ball of radius 1; from the outer pole
+ * straight through the centre: matter 3-2, gap, 2, gap, 1. First exit 1, inside 1 + 2 + 1,
+ * farthest 6. */
 static void nested_spheres_tell_the_definitions_apart(void **state)
 {
     (void)state;
@@ -159,8 +171,10 @@ static void nested_spheres_tell_the_definitions_apart(void **state)
     static uint32_t index[3 * 3 * SPHERE_TRIANGLES];
     const double radius[3] = {3, 2, 1};
     for (uint32_t s = 0; s < 3; s++)
-        add_sphere(radius[s], s == 1, s * SPHERE_POSITIONS, position, index + 3 * (size_t)s * SPHERE_TRIANGLES);
-    struct dph_rays *rays = dph_rays_create(position, 3 * SPHERE_POSITIONS, index, 3 * SPHERE_TRIANGLES, NULL);
+        add_sphere(radius[s], s == 1, s * SPHERE_POSITIONS, position,
+                   index + 3 * (size_t)s * SPHERE_TRIANGLES);
+    struct dph_rays *rays =
+        dph_rays_create(position, 3 * SPHERE_POSITIONS, index, 3 * SPHERE_TRIANGLES, NULL);
     assert_non_null(rays);
     /* a little off the axis, where the poles' fans meet */
     double length = sqrt(0.013 * 0.013 + 0.007 * 0.007 + 1);

@@ -33,6 +33,7 @@ struct dph_method {
     const char *title;      /* for people                                                         */
     const char *paper;      /* where it comes from                                                */
     bool needs_thickness;   /* bodies must be baked                                               */
+    bool quantity;          /* the picture is a measured quantity, not light: save it without tone */
     const struct dph_method_draw *draw; /* private                                                */
 };
 

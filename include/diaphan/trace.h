@@ -1,4 +1,5 @@
-/* diaphan/trace.h - rays against a mesh, through Embree.      Tier 2. Only where the library was built with it.
+/* diaphan/trace.h - rays against a mesh, through Embree.
+ *     Tier 2. Only where the library was built with it.
  *
  * Used to check the sweep and to be measured beside it; later by the path-traced reference. */
 #ifndef DIAPHAN_TRACE_H
@@ -14,24 +15,27 @@ extern "C" {
 /* A mesh prepared for rays. Safe to query from several threads. */
 struct dph_rays;
 
-/* `position` (npos x 3), `index` (ntri x 3); both are copied. NULL: DPH_ERROR_MEMORY or DPH_ERROR_CAPABILITY. */
+/* `position` (npos x 3), `index` (ntri x 3); both are copied. NULL: DPH_ERROR_MEMORY or
+ * DPH_ERROR_CAPABILITY. */
 struct dph_rays *dph_rays_create(const float *position, size_t npos, const uint32_t *index,
                                  size_t ntri, struct dph_error *err);
 void dph_rays_destroy(struct dph_rays *rays);
 
-/* Thickness from `norigin` of the mesh's own positions (ids `origin`, NULL: 0, 1, 2, ...) along one unit direction, in the unit of the positions.
- * Triangles that touch the origin by index are skipped. DPH_THICKNESS_FIRST takes the nearest hit (rtcIntersect1): its
- * distance where it is an exit, 0 where it is an entry or where there is none; crossings nearer than a
- * millionth of the mesh's size are not seen. The others collect every hit through a filter: INSIDE is exits
- * minus entries, FARTHEST the last exit or 0. Nothing is mended where the mesh is open: see `balance`.
- * `thickness` (norigin); `balance` (norigin), Nullable: exits minus entries among the hits looked at, for a closed mesh 1 where the
- * ray starts inward. Turns on flush-to-zero for the calling thread and restores its state. */
+/* Thickness from `norigin` of the mesh's own positions (ids `origin`, NULL: 0, 1, 2, ...) along
+ * one unit direction, in the unit of the positions. Triangles that touch the origin by index are
+ * skipped. DPH_THICKNESS_FIRST takes the nearest hit (rtcIntersect1): its distance where it is an
+ * exit, 0 where it is an entry or where there is none; crossings nearer than a millionth of the
+ * mesh's size are not seen. The others collect every hit through a filter: INSIDE is exits minus
+ * entries, FARTHEST the last exit or 0. Nothing is mended where the mesh is open: see `balance`.
+ * `thickness` (norigin); `balance` (norigin), Nullable: exits minus entries among the hits looked
+ * at, for a closed mesh 1 where the ray starts inward. Turns on flush-to-zero for the calling
+ * thread and restores its state. */
 void dph_rays_thickness(const struct dph_rays *rays, enum dph_definition definition,
                         const uint32_t *origin, size_t norigin, const float direction[3],
                         float *thickness, int *balance);
 
-/* The same for all positions and `count` directions, `direction` (count x 3), on `threads` threads (0: all). `thickness` (count x npos),
- * a row a direction. */
+/* The same for all positions and `count` directions, `direction` (count x 3), on `threads` threads
+ * (0: all). `thickness` (count x npos), a row a direction. */
 void dph_rays_thickness_all(const struct dph_rays *rays, enum dph_definition definition,
                             const float *direction, size_t count, int threads, float *thickness);
 

@@ -1,5 +1,6 @@
-/* Baking a whole scene. Each body is reduced to its distinct positions first, so that memory goes with them and not with the vertices (the paper's
- * candle has six vertices a position), baked, and packed with one row a vertex. */
+/* Baking a whole scene. Each body is reduced to its distinct positions first, so that memory goes
+ * with them and not with the vertices (the paper's candle has six vertices a position), baked, and
+ * packed with one row a vertex. */
 #include <diaphan/prepare.h>
 
 #include "core/clock.h"
@@ -13,8 +14,8 @@
 
 static const double DEFAULT_SIZE_MM = 25.0;
 
-/* Shares of untrusted pairs from which the user is told, and told loudly. Closed meshes have none; a scan with a few small holes
- * stays below the first. */
+/* Shares of untrusted pairs from which the user is told, and told loudly. Closed meshes have none;
+ * a scan with a few small holes stays below the first. */
 static const double WARN_SHARE = 0.01, ALARM_SHARE = 0.2;
 
 struct dph_scene_bake_params dph_scene_bake_defaults(void)
@@ -34,7 +35,8 @@ double dph_scene_millimetres(const struct dph_scene *scene, double size_mm)
     return size > 0.0 && isfinite(ratio) && ratio > 0.0 ? ratio : 1.0;
 }
 
-/* How much longer a body's unit is in the scene than in its own space: the cube root of the determinant, of the largest instance. */
+/* How much longer a body's unit is in the scene than in its own space: the cube root of the
+ * determinant, of the largest instance. */
 static double body_scale(const struct dph_scene *scene, size_t body)
 {
     double largest = 0.0;
@@ -74,7 +76,8 @@ static bool welded_init(struct welded *welded, const struct dph_mesh *mesh, stru
     *welded = (struct welded){0};
     if (!(welded->position_of = dph_alloc(mesh->nvert, sizeof *welded->position_of)))
         return dph_fail_memory(err);
-    welded->npos = dph_mesh_weld(mesh->position, 3 * sizeof(float), mesh->nvert, welded->position_of, err);
+    welded->npos =
+        dph_mesh_weld(mesh->position, 3 * sizeof(float), mesh->nvert, welded->position_of, err);
     if (welded->npos == SIZE_MAX)
         goto error;
     welded->position = dph_alloc(welded->npos, 3 * sizeof *welded->position);
@@ -108,53 +111,80 @@ static bool report_share(void *user, double fraction)
     return share->progress(share->user, fmin(1.0, share->before + share->width * fraction));
 }
 
-/* Says why a body's thickness is not to be trusted. What is wrong with its edges is the cause where there is something; a closed mesh must overlap
- * itself. */
-static bool explain(struct dph_scene *scene, size_t body, double untrusted, struct dph_error *err)
+/* Says why a body's thickness is not to be trusted. What is wrong with its edges is the cause
+ * where there is something; a closed mesh must overlap itself. */
+static bool explain(struct dph_scene *scene, size_t body, const struct dph_mesh_stats *stats,
+                    double untrusted, struct dph_error *err)
 {
-    const struct dph_mesh *mesh = &scene->body[body].mesh;
-    struct dph_mesh_stats stats;
-    if (!dph_mesh_measure(mesh, &stats, err))
-        return false;
     char cause[320], name[96] = "";
     const char *mend;
     if (scene->nbody > 1)
         snprintf(name, sizeof name, "body %zu (%.64s): ", body, scene->body[body].name);
-    if (stats.boundary_edges) {
-        snprintf(cause, sizeof cause, "its surface is open (%zu boundary edges%s)", stats.boundary_edges,
-                 stats.flipped_edges ? ", and some faces are turned against their neighbours" : "");
+    if (stats->boundary_edges) {
+        snprintf(cause, sizeof cause, "its surface is open (%zu boundary edges%s)",
+                 stats->boundary_edges,
+                 stats->flipped_edges ? ", and some faces are turned against their neighbours"
+                                      : "");
         mend = "close the holes or give thin sheets two sides";
-    } else if (stats.flipped_edges) {
+    } else if (stats->flipped_edges) {
         snprintf(cause, sizeof cause, "faces are turned against their neighbours (%zu edges)",
-                 stats.flipped_edges);
+                 stats->flipped_edges);
         mend = "make the faces' orientation consistent";
-    } else if (stats.nonmanifold_edges) {
-        snprintf(cause, sizeof cause, "more than two faces meet at %zu edges", stats.nonmanifold_edges);
+    } else if (stats->nonmanifold_edges) {
+        snprintf(cause, sizeof cause, "more than two faces meet at %zu edges",
+                 stats->nonmanifold_edges);
         mend = "remove doubled and inner faces";
-    } else if (stats.volume < 0.0) {
+    } else if (stats->volume < 0.0) {
         snprintf(cause, sizeof cause, "its faces look inward");
         mend = "reverse them";
     } else {
-        snprintf(cause, sizeof cause, "its %zu shells, or parts of one shell, overlap", stats.components);
-        mend = "unite them to one surface";
+        snprintf(cause, sizeof cause, "its surface passes through itself (%zu shell%s)",
+                 stats->components, stats->components == 1 ? "" : "s");
+        mend = "unite what overlaps to one surface";
     }
+    if (dph_scene_warn(
+            scene,
+            "%s%.1f %% of the thickness samples cannot be trusted%s, because %s; there the "
+            "distance to the first exit stands in; to mend it, %s",
+            name, 100.0 * untrusted, untrusted > ALARM_SHARE ? ", EXPECT A WRONG PICTURE" : "",
+            cause, mend))
+        return true;
+    return dph_fail_memory(err);
+}
+
+/* Bodies with an open border whose samples add up all the same: a ray that leaves through a hole
+ * meets nothing, which looks like one that started outside. One warning for all of them. */
+struct open_bodies {
+    size_t count, boundary_edges;
+};
+
+static bool explain_open(struct dph_scene *scene, const struct open_bodies *open,
+                         struct dph_error *err)
+{
+    char who[64] = "the surface is";
+    if (!open->count)
+        return true;
+    if (scene->nbody > 1)
+        snprintf(who, sizeof who, "%zu of %zu bodies are", open->count, scene->nbody);
     if (dph_scene_warn(scene,
-                       "%s%.1f %% of the thickness samples cannot be trusted%s, because %s; there the "
-                       "distance to the first exit stands in; to mend it, %s",
-                       name, 100.0 * untrusted, untrusted > ALARM_SHARE ? ", EXPECT A WRONG PICTURE" : "",
-                       cause, mend))
+                       "%s open (%zu boundary edges); where a ray leaves through a hole the "
+                       "thickness is too small, and a single sheet has none; to mend it, close the "
+                       "holes or give thin sheets two sides",
+                       who, open->boundary_edges))
         return true;
     return dph_fail_memory(err);
 }
 
 /* Bakes one body and adds what happened to `total`. */
-static bool bake_body(struct dph_scene *scene, size_t number, const struct dph_scene_bake_params *params,
-                      double mm_per_unit, struct share *share, struct dph_scene_bake_report *total,
-                      struct dph_error *err)
+static bool bake_body(struct dph_scene *scene, size_t number,
+                      const struct dph_scene_bake_params *params, double mm_per_unit,
+                      struct share *share, struct dph_scene_bake_report *total,
+                      struct open_bodies *open, struct dph_error *err)
 {
     struct dph_body *body = &scene->body[number];
     struct dph_bake_params bake = params->bake;
     struct dph_bake_report report;
+    struct dph_mesh_stats stats;
     struct welded welded;
     float *coefficient = NULL;
     struct dph_thickness *thickness = NULL;
@@ -201,8 +231,15 @@ static bool bake_body(struct dph_scene *scene, size_t number, const struct dph_s
     thickness->fit = bake.fit;
     thickness->directions = report.directions;
     total->seconds_store += dph_seconds() - start;
-    if (report.untrusted > WARN_SHARE && !explain(scene, number, report.untrusted, err))
+    if (!dph_mesh_measure(&body->mesh, &stats, err))
         goto error;
+    if (report.untrusted > WARN_SHARE) {
+        if (!explain(scene, number, &stats, report.untrusted, err))
+            goto error;
+    } else if (stats.boundary_edges) {
+        open->count++;
+        open->boundary_edges += stats.boundary_edges;
+    }
 
     dph_thickness_destroy(body->thickness);
     body->thickness = thickness;
@@ -230,6 +267,7 @@ bool dph_scene_bake(struct dph_scene *scene, const struct dph_scene_bake_params 
                     struct dph_scene_bake_report *report, struct dph_error *err)
 {
     struct dph_scene_bake_report total = {0};
+    struct open_bodies open = {0};
     double mm_per_unit = dph_scene_millimetres(scene, params->size_mm), work = 0.0, done = 0.0;
     for (int pass = 0; pass < 2; pass++) /* first the sum of the work, then the work */
         for (size_t i = 0; i < scene->nbody; i++) {
@@ -242,10 +280,12 @@ bool dph_scene_bake(struct dph_scene *scene, const struct dph_scene_bake_params 
                 continue;
             }
             struct share share = {.before = done / work, .width = part / work};
-            if (!bake_body(scene, i, params, mm_per_unit, &share, &total, err))
+            if (!bake_body(scene, i, params, mm_per_unit, &share, &total, &open, err))
                 return false;
             done += part;
         }
+    if (!explain_open(scene, &open, err))
+        return false;
     if (total.positions)
         total.untrusted /= (double)total.positions;
     scene->mm_per_unit = mm_per_unit;

@@ -23,5 +23,6 @@ const struct dph_method dph_method_thickness = {
     .title = "Thickness towards the first light",
     .paper = "A. Tomaszewska, K. Stefanowski, ICIAR 2012",
     .needs_thickness = true,
+    .quantity = true,
     .draw = &(const struct dph_method_draw){.draw = draw_thickness},
 };

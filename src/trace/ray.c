@@ -1,15 +1,19 @@
-/* Rays against a mesh, through Embree 3: the independent check of the sweep, and what it is measured beside.
+/* Rays against a mesh, through Embree 3: the independent check of the sweep, and what it is
+ * measured beside.
  *
- * The scene is built at medium quality, without spatial splits, so that a triangle sits in one leaf and a filter sees it once
- * a ray, and with the ROBUST flag: rays that start at one vertex often aim at others, and without the flag a quarter
- * of the rays aimed exactly at a vertex slip through the mesh. Positions are moved to the
- * unit cube first, so that coordinates of any size give the same answers up to scale.
+ * The scene is built at medium quality, without spatial splits, so that a triangle sits in one
+ * leaf and a filter sees it once a ray, and with the ROBUST flag: rays that start at one vertex
+ * often aim at others, and without the flag a quarter of the rays aimed exactly at a vertex slip
+ * through the mesh. Positions are moved to the unit cube first, so that coordinates of any size
+ * give the same answers up to scale.
  *
- * The nearest hit is a plain rtcIntersect1 that starts a millionth of the mesh's size away from its origin, beyond the
- * triangles around it; the few rays that find one of those all the same are shot again with a filter that rejects them. (With the filter on
- * every ray the nearest hit takes 1.6 times as long, which would flatter the sweep.) All hits are gathered by a filter
- * that notes and rejects each, so that the traversal goes on to the end. Side and sign come from the hit's geometric normal: a ray that
- * leaves matter runs along the outward normal. Embree culls no back faces, so both kinds arrive. */
+ * The nearest hit is a plain rtcIntersect1 that starts a millionth of the mesh's size away from
+ * its origin, beyond the triangles around it; the few rays that find one of those all the same are
+ * shot again with a filter that rejects them. (With the filter on every ray the nearest hit takes
+ * 1.6 times as long, which would flatter the sweep.) All hits are gathered by a filter that notes
+ * and rejects each, so that the traversal goes on to the end. Side and sign come from the hit's
+ * geometric normal: a ray that leaves matter runs along the outward normal. Embree culls no back
+ * faces, so both kinds arrive. */
 #include <diaphan/trace.h>
 
 #include "core/fail.h"
@@ -31,10 +35,11 @@ struct dph_rays {
     float *position; /* (npos x 3) in the unit cube */
     uint32_t *index; /* (ntri x 3) */
     size_t npos;
-    double unit;     /* length of the unit cube's side in the caller's unit */
+    double unit; /* length of the unit cube's side in the caller's unit */
 };
 
-/* What a filter needs to know of its ray. Embree hands the first member back, so it must stay first. */
+/* What a filter needs to know of its ray. Embree hands the first member back, so it must stay
+ * first. */
 struct query {
     struct RTCIntersectContext context;
     const uint32_t *index;
@@ -45,7 +50,8 @@ struct query {
     int balance;
 };
 
-/* Denormal operands slow Embree down many times over; its manual asks for both flags in every thread that queries. Returns the former state. */
+/* Denormal operands slow Embree down many times over; its manual asks for both flags in every
+ * thread that queries. Returns the former state. */
 static unsigned int flush_denormals(void)
 {
 #if defined(__SSE2__)
@@ -105,7 +111,8 @@ static void gather_hit(const struct RTCFilterFunctionNArguments *args)
         query->thickness = (double)ray->tfar;
 }
 
-/* Moves the positions into the unit cube around their centre. Sums and quotients in double: what is lost is one rounding a coordinate. */
+/* Moves the positions into the unit cube around their centre. Sums and quotients in double: what
+ * is lost is one rounding a coordinate. */
 static void normalise(struct dph_rays *rays, const float *position, size_t npos)
 {
     double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
@@ -122,7 +129,8 @@ static void normalise(struct dph_rays *rays, const float *position, size_t npos)
     for (size_t i = 0; i < npos; i++)
         for (int k = 0; k < 3; k++) {
             double centre = 0.5 * (low[k] + high[k]);
-            rays->position[3 * i + k] = (float)(((double)position[3 * i + k] - centre) / rays->unit);
+            rays->position[3 * i + k] =
+                (float)(((double)position[3 * i + k] - centre) / rays->unit);
         }
 }
 
@@ -145,8 +153,8 @@ static bool build(struct dph_rays *rays, size_t npos, size_t ntri, struct dph_er
         goto error;
     rtcSetSceneBuildQuality(rays->scene, RTC_BUILD_QUALITY_MEDIUM);
     rtcSetSceneFlags(rays->scene, RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
-    float *position = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                              3 * sizeof *position, npos);
+    float *position = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
+                                              RTC_FORMAT_FLOAT3, 3 * sizeof *position, npos);
     uint32_t *index = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                               3 * sizeof *index, ntri);
     if ((npos && !position) || (ntri && !index))
@@ -160,7 +168,8 @@ static bool build(struct dph_rays *rays, size_t npos, size_t ntri, struct dph_er
     rtcReleaseGeometry(geometry); /* the scene keeps it */
     rtcCommitScene(rays->scene);
     if (rtcGetDeviceError(rays->device) != RTC_ERROR_NONE)
-        return dph_fail(err, DPH_ERROR_CAPABILITY, "Embree could not build a scene of %zu triangles", ntri);
+        return dph_fail(err, DPH_ERROR_CAPABILITY,
+                        "Embree could not build a scene of %zu triangles", ntri);
     return true;
 
 error:
@@ -228,7 +237,8 @@ static void nearest(const struct dph_rays *rays, struct query *query)
 {
     struct RTCRayHit ray;
     query->context.filter = NULL;
-    intersect(rays, query, 1e-6f, &ray); /* the mesh fills the unit cube, float resolves 6e-8 there */
+    intersect(rays, query, 1e-6f,
+              &ray); /* the mesh fills the unit cube, float resolves 6e-8 there */
     if (ray.hit.geomID != RTC_INVALID_GEOMETRY_ID && touches_origin(query, ray.hit.primID)) {
         query->context.filter = skip_own_triangles;
         intersect(rays, query, 0.0f, &ray);
@@ -282,8 +292,8 @@ static void one_direction(void *context, size_t i, int worker)
 {
     const struct batch *batch = context;
     (void)worker;
-    dph_rays_thickness(batch->rays, batch->definition, NULL, batch->rays->npos, batch->direction + 3 * i,
-                       batch->thickness + batch->rays->npos * i, NULL);
+    dph_rays_thickness(batch->rays, batch->definition, NULL, batch->rays->npos,
+                       batch->direction + 3 * i, batch->thickness + batch->rays->npos * i, NULL);
 }
 
 void dph_rays_thickness_all(const struct dph_rays *rays, enum dph_definition definition,
