@@ -1,0 +1,34 @@
+#!/usr/bin/env bash
+# What bake and candle write passes the Khronos validator without an error, whatever the store and the bands.
+here=$(cd "$(dirname "$0")" && pwd)
+. "$here/lib.sh"
+modules=$here/../validator/node_modules
+if ! command -v node >/dev/null || [ ! -d "$modules/gltf-validator" ]; then
+    echo "skipped: the glTF validator is not installed (make setup)"
+    exit 77
+fi
+
+expect 0 candle -o candle.glb -q
+expect 0 bake candle.glb -o unshared.glb -q --directions 16
+for store in float snorm16 snorm8; do
+    for bands in 1 2 5 6 8; do
+        expect 0 bake box.obj -o "box-$store-$bands.glb" -q --directions 16 --bands $bands --store $store
+    done
+done
+cat >check.cjs <<'JS'
+const fs = require('fs');
+const validator = require(process.argv[2] + '/gltf-validator');
+(async () => {
+    let bad = 0;
+    for (const file of process.argv.slice(3)) {
+        const report = await validator.validateBytes(new Uint8Array(fs.readFileSync(file)));
+        if (report.issues.numErrors || report.issues.numWarnings) {
+            bad++;
+            console.log(file, JSON.stringify(report.issues.messages.slice(0, 3)));
+        }
+    }
+    process.exit(bad ? 1 : 0);
+})();
+JS
+node check.cjs "$modules" ./*.glb || fail "the validator has something to say"
+finish
