@@ -7,7 +7,8 @@
  *   inside length   sum of s dz, s = 1 where matter is left and -1 where it is entered; the order does not matter
  *   first exit      the nearest crossing, if it leaves matter
  *   farthest exit   the farthest crossing that leaves matter
- *   hit balance     sum of s: 1 where the ray starts inside, 0 outside; anything else cannot be trusted
+ *   hit balance     sum of s: 1 where the ray starts inside, 0 outside; anything else cannot be trusted. On which side it starts is
+ *                   told by the triangles that touch the position
  * Triangles that touch the position by index are left out, they cross at distance 0; nothing needs an epsilon.
  *
  * Positions are counting-sorted into a grid over the projection, about one a cell; a triangle visits the rows of cells that its box
@@ -58,6 +59,24 @@ static struct keyed *radix_sort(struct keyed *items, struct keyed *other, size_t
         other = swap;
     }
     return items;
+}
+
+/* Whether every edge is run along as often one way as the other, so that the surface has no border. The edges' hashes cancel where it is
+ * so, and have one chance in 2^64 to do so where it is not; that would cost no more than some flags of bad pairs. */
+static bool is_closed(const uint32_t *index, size_t ntri)
+{
+    uint64_t sum = 0;
+    for (size_t t = 0; t < ntri; t++)
+        for (size_t k = 0; k < 3; k++) {
+            uint32_t a = index[3 * t + k], b = index[3 * t + (k + 1) % 3];
+            uint64_t hash = (uint64_t)(a < b ? a : b) << 32 | (a < b ? b : a);
+            /* the finalizer of MurmurHash3 */
+            hash = (hash ^ hash >> 33) * 0xff51afd7ed558ccdull;
+            hash = (hash ^ hash >> 33) * 0xc4ceb9fe1a85ec53ull;
+            hash ^= hash >> 33;
+            sum += a < b ? hash : a > b ? -hash : 0;
+        }
+    return sum == 0;
 }
 
 /* Positions along a Morton curve: neighbours in space become neighbours in memory. Fills order and x, y, z. */
@@ -146,6 +165,7 @@ struct dph_sweep *dph_sweep_create(const float *position, size_t npos, const uin
     sweep->npos = npos;
     sweep->padded = (npos + 7) & ~(size_t)7;
     sweep->original = position;
+    sweep->closed = is_closed(index, ntri);
     sweep->kernel = &dph_sweep_kernel_portable;
 #ifdef DPH_HAVE_AVX2
     if (!portable && dph_cpu_has_avx2())
@@ -207,10 +227,12 @@ struct dph_sweep_scratch *dph_sweep_scratch_create(const struct dph_sweep *sweep
     scratch->nearest_plus = dph_alloc_aligned(slots, sizeof(float));
     scratch->nearest_minus = dph_alloc_aligned(slots, sizeof(float));
     scratch->balance = dph_alloc_aligned(slots, sizeof *scratch->balance);
+    scratch->own = dph_alloc_aligned(slots, sizeof *scratch->own);
     scratch->block = dph_alloc_aligned(1, sweep->kernel->block_size);
     if (!scratch->rotated || !scratch->cell || !scratch->start || !scratch->sx || !scratch->sy ||
         !scratch->sz || !scratch->position_of || !scratch->plus || !scratch->minus ||
-        !scratch->nearest_plus || !scratch->nearest_minus || !scratch->balance || !scratch->block)
+        !scratch->nearest_plus || !scratch->nearest_minus || !scratch->balance ||
+        !scratch->own || !scratch->block)
         goto error;
     memset(scratch->sx, 0, slots * sizeof(float));
     memset(scratch->sy, 0, slots * sizeof(float));
@@ -238,6 +260,7 @@ void dph_sweep_scratch_destroy(struct dph_sweep_scratch *scratch)
     free(scratch->nearest_plus);
     free(scratch->nearest_minus);
     free(scratch->balance);
+    free(scratch->own);
     free(scratch->block);
     free(scratch);
 }
@@ -260,6 +283,7 @@ static size_t cross(const struct dph_sweep *sweep, struct dph_sweep_scratch *scr
 {
     size_t slots = sweep->padded + 8;
     memset(scratch->balance, 0, slots * sizeof *scratch->balance);
+    memset(scratch->own, 0, slots * sizeof *scratch->own);
     memset(scratch->plus, 0, slots * sizeof *scratch->plus);
     memset(scratch->minus, 0, slots * sizeof *scratch->minus);
     if (definition == DPH_THICKNESS_FIRST || scratch->careful)

@@ -28,6 +28,7 @@ struct dph_sweep_block {
     float slope_x[BLOCK], slope_y[BLOCK];  /* of depth over x and y                                 */
     float z_min[BLOCK], z_max[BLOCK];
     int32_t slot0[BLOCK], slot1[BLOCK], slot2[BLOCK]; /* of lo, mid, hi                             */
+    int32_t skipped[BLOCK];                /* slot1 where a position's own triangles do not matter, else -1 */
     int32_t odd[BLOCK];                    /* -1 where sorting by y turned the corners' order, else 0 */
     int32_t steep[BLOCK];                  /* -1 where depth needs double precision, else 0         */
     int32_t column0[BLOCK], column1[BLOCK], row0[BLOCK], row1[BLOCK]; /* cells that the box covers  */
@@ -184,7 +185,7 @@ static inline void order_by_y(dph_f8 a[4], dph_f8 b[4], dph_i8 *odd)
 
 /* Prepares eight triangles, entries i .. i + 7 of the block. */
 static inline void prepare(struct dph_sweep_block *block, int i, const float *rotated,
-                           const uint32_t *corner, const struct dph_sweep_grid *grid)
+                           const uint32_t *corner, const struct dph_sweep_grid *grid, bool closed)
 {
     uint32_t id[3][8];
     for (int k = 0; k < 8; k++)
@@ -229,6 +230,7 @@ static inline void prepare(struct dph_sweep_block *block, int i, const float *ro
     store_i8(block->slot0 + i, (dph_i8)a[3]);
     store_i8(block->slot1 + i, (dph_i8)b[3]);
     store_i8(block->slot2 + i, (dph_i8)c[3]);
+    store_i8(block->skipped + i, (dph_i8)b[3] | -(int32_t)!closed);
     store_i8(block->odd + i, odd);
     store_i8(block->steep + i, steep);
 
@@ -247,8 +249,9 @@ static inline uint64_t pack_item(uint32_t slot, int triangle, uint32_t count)
 }
 
 /* Finds which items have a crossing. Returns their number.
- * Of a triangle's own corners, which must not count, only mid can be covered, or lo where both are equally high (add_hits looks
- * after that): hi is out of range, and lo is on both of its edges, hence left of none. */
+ * A triangle's own corners cross at no distance and add no length. Of them only mid can be covered, or lo where both are equally high: hi
+ * is out of range, and lo is on both of its edges, hence left of none. They only matter on open meshes, to tell whether a ray
+ * starts inside (see finish). */
 static int find_hits(struct dph_sweep_block *block, const struct dph_sweep_scratch *scratch, int items)
 {
     int hits = 0;
@@ -264,7 +267,7 @@ static int find_hits(struct dph_sweep_block *block, const struct dph_sweep_scrat
         dph_f8 upper = block->dx12[t] * y1 - block->dy12[t] * x1;
         dph_i8 left_short = dph_f8_select(py < block->y1[t], lower, upper) > 0;
         dph_i8 in_range = (py >= block->y0[t]) & (py < block->y2[t]) & (lanes < count) &
-                          (lanes != block->slot1[t] - (int)slot);
+                          (lanes != block->skipped[t] - (int)slot);
         unsigned covered = bits_of((left_long ^ left_short) & in_range);
         unsigned leaves = bits_of(left_short ^ dph_i8_set(block->odd[t]));
         block->hit[hits] = (struct hit){slot, (uint16_t)t, (uint8_t)covered, (uint8_t)leaves};
@@ -327,9 +330,13 @@ static void add_hits(const struct dph_sweep *sweep, struct dph_sweep_scratch *sc
         struct hit hit = block->hit[n];
         int t = hit.triangle;
         size_t s = hit.slot;
-        dph_i8 covered = ((lane_bits & (int32_t)hit.covered) != 0) &
-                         (lanes != block->slot0[t] - (int)hit.slot);
+        dph_i8 covered = (lane_bits & (int32_t)hit.covered) != 0;
         dph_i8 leaves = (lane_bits & (int32_t)hit.leaves) != 0;
+        dph_i8 sign = -(leaves | 1); /* 1 or -1 */
+        dph_i8 own = (lanes == block->slot0[t] - (int)hit.slot) | (lanes == block->slot1[t] - (int)hit.slot);
+        if (!sweep->closed)
+            store_i8(scratch->own + s, load_i8(scratch->own + s) + (sign & covered & own));
+        covered &= ~own;
         dph_f8 dz = (block->z0[t] - dph_f8_load(scratch->sz + s)) +
                     block->slope_x[t] * (dph_f8_load(scratch->sx + s) - block->x0[t]) +
                     block->slope_y[t] * (dph_f8_load(scratch->sy + s) - block->y0[t]);
@@ -338,8 +345,6 @@ static void add_hits(const struct dph_sweep *sweep, struct dph_sweep_scratch *sc
                 if (covered[i])
                     dz[i] = steep_depth(sweep, scratch, frame, block, t, hit.slot + (uint32_t)i);
         dph_i8 ahead = covered & (dz > 0), behind = covered & (dz < 0);
-        dph_i8 sign = leaves | 1; /* -1 or 1: the caller wants the other way round */
-        sign = -sign;
         dph_i8 balance = load_i8(scratch->balance + s);
         balance += (sign & ahead) - ((sign & behind) << 16);
         store_i8(scratch->balance + s, balance);
@@ -436,7 +441,8 @@ static void cross(const struct dph_sweep *sweep, struct dph_sweep_scratch *scrat
     for (size_t first = 0; first < sweep->ntri; first += BLOCK) {
         int count = sweep->ntri - first < BLOCK ? (int)(sweep->ntri - first) : BLOCK;
         for (int i = 0; i < count; i += 8)
-            prepare(block, i, scratch->rotated, sweep->corner + 3 * (first + (size_t)i), &scratch->grid);
+            prepare(block, i, scratch->rotated, sweep->corner + 3 * (first + (size_t)i),
+                    &scratch->grid, sweep->closed);
         int items = 0;
         for (int t = 0; t < count; t++) {
             /* A run a row of cells. Nearly always there are few rows and short runs: write what could be wanted, count what is, and
@@ -474,7 +480,11 @@ static inline dph_f8 first_exit(const float *key)
 }
 
 /* Sums into lengths in the unit of the input, in plus and minus, and `balance` into flags: 1 bad along +d, 2 bad along -d. Returns the
- * number of bad values. */
+ * number of bad values.
+ * A balance must be 1 where the ray starts inside and 0 where it starts outside. Which it does is told by the triangles around the position: where
+ * they leave matter along d, the ray along +d starts outside and the one along -d inside; where they enter it, the other way round; where they
+ * do neither, both rays start on the same side. On a closed mesh the three sums cancel, ahead - behind + own = 0; where they do
+ * not, a border is in the way, and the side that contradicts the triangles around the position is bad, or both if these do not tell. */
 static size_t finish(const struct dph_sweep *sweep, struct dph_sweep_scratch *scratch,
                      enum dph_definition definition)
 {
@@ -486,6 +496,12 @@ static size_t finish(const struct dph_sweep *sweep, struct dph_sweep_scratch *sc
         dph_i8 both = load_i8(scratch->balance + s);
         dph_i8 ahead = both << 16 >> 16, behind = (both - ahead) >> 16;
         dph_i8 bad_ahead = (ahead & ~1) != 0, bad_behind = (behind & ~1) != 0;
+        if (!sweep->closed) {
+            dph_i8 own = load_i8(scratch->own + s), conflict = ahead - behind + own != 0;
+            dph_i8 unsure = (own != 1) & (own != -1);
+            bad_ahead |= conflict & (unsure | (ahead != ((own < 0) & 1)));
+            bad_behind |= conflict & (unsure | (behind != ((own > 0) & 1)));
+        }
         store_i8(scratch->balance + s, (bad_ahead & 1) | (bad_behind & 2));
         bad -= bad_ahead + bad_behind;
         /* a ray that leaves at once may round below 0 */

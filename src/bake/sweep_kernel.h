@@ -3,6 +3,7 @@
 #define DPH_BAKE_SWEEP_KERNEL_H
 
 #include <diaphan/thickness.h>
+#include <stdbool.h>
 
 /* Positions and triangles in the sweep's order. Lengths are in units of the bounding sphere's radius. */
 struct dph_sweep {
@@ -13,6 +14,7 @@ struct dph_sweep {
     float *x, *y, *z;       /* (padded) centred and scaled                                            */
     uint32_t *corner;       /* (ntri padded to 8, x 3); padding triangles are 0, 0, 0                 */
     double unit;            /* lengths of the input per length here                                   */
+    bool closed;            /* every edge is run along as often one way as the other                  */
     const struct dph_sweep_kernel *kernel;
 };
 
@@ -47,6 +49,7 @@ struct dph_sweep_scratch {
     float *nearest_plus, *nearest_minus; /* (padded + 8) keys of the nearest crossings              */
     bool careful;           /* there have been bad pairs: keep the nearest crossings along with the lengths */
     int32_t *balance;       /* (padded + 8) exits minus entries: +d in the low 16 bits, -d above         */
+    int32_t *own;           /* (padded + 8) exits minus entries of the triangles around the slot's own position, of open meshes */
     struct dph_sweep_block *block;
 };
 
