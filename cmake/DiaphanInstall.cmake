@@ -19,6 +19,14 @@ foreach(library ${components})
                         SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
 endforeach()
 
+# shared libraries find each other, and the tool finds them, wherever the tree is put
+if(BUILD_SHARED_LIBS)
+  set_target_properties(${components} PROPERTIES INSTALL_RPATH "$ORIGIN")
+  if(TARGET diaphan-cli)
+    set_target_properties(diaphan-cli PROPERTIES INSTALL_RPATH "$ORIGIN/../${CMAKE_INSTALL_LIBDIR}")
+  endif()
+endif()
+
 # headers of what was built
 file(GLOB headers ${PROJECT_SOURCE_DIR}/include/diaphan/*.h)
 foreach(part image trace render)
@@ -44,15 +52,20 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/diaphanConfigVersion.cmak
 install(FILES ${PROJECT_BINARY_DIR}/diaphanConfig.cmake
               ${PROJECT_BINARY_DIR}/diaphanConfigVersion.cmake DESTINATION ${package_dir})
 
-# pkg-config: what a static archive needs besides itself has to be public, a shared library needs it only with --static
-if(BUILD_SHARED_LIBS)
-  set(private .private)
-endif()
-# the files say where they are relative to themselves, so that an installed tree can be moved
+# pkg-config: our own libraries are asked for in the open, since headers include each other; what a static
+# archive needs besides has to be public too, a shared library needs it only with --static. The files
+# say where they are relative to themselves, so that an installed tree can be moved.
 file(RELATIVE_PATH up /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
 string(REGEX REPLACE "/$" "" up "${up}")
-function(write_pc name description requires libs)
+function(write_pc name description ours others libs)
   set(name ${name})
+  if(BUILD_SHARED_LIBS)
+    set(requires "Requires: ${ours}\nRequires.private: ${others}")
+    set(link "-l${name}\nLibs.private: ${libs}")
+  else()
+    set(requires "Requires: ${ours} ${others}")
+    set(link "-l${name} ${libs}")
+  endif()
   configure_file(${PROJECT_SOURCE_DIR}/cmake/diaphan.pc.in ${PROJECT_BINARY_DIR}/${name}.pc @ONLY)
   install(FILES ${PROJECT_BINARY_DIR}/${name}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 endfunction()
@@ -60,14 +73,14 @@ set(threads "")
 if(DPH_THREADS)
   set(threads -pthread)
 endif()
-write_pc(diaphan "Directional thickness of meshes as spherical harmonics" "jansson"
+write_pc(diaphan "Directional thickness of meshes as spherical harmonics" "" "jansson"
          "-lmeshoptimizer ${threads} -lm")
 if(TARGET diaphan-image)
-  write_pc(diaphan-image "Pictures for diaphan" "diaphan libpng OpenEXR" "-lm")
+  write_pc(diaphan-image "Pictures for diaphan" "diaphan" "libpng OpenEXR" "-lm")
 endif()
 if(TARGET diaphan-trace)
-  write_pc(diaphan-trace "Rays for diaphan" "diaphan" "-lembree3 -lm")
+  write_pc(diaphan-trace "Rays for diaphan" "diaphan" "" "-lembree3 -lm")
 endif()
 if(TARGET diaphan-render)
-  write_pc(diaphan-render "Drawing for diaphan" "diaphan diaphan-image epoxy egl" "-lm")
+  write_pc(diaphan-render "Drawing for diaphan" "diaphan diaphan-image" "epoxy egl" "-lm")
 endif()

@@ -10,6 +10,6 @@ if [ -f "$bunny" ]; then
     "$diaphan" render "$out/bunny.glb" -o "$out/bunny.png" --material wax --light 160,30,9,9,9 --camera 10,12,2.8
 fi
 "$diaphan" candle -o "$out/candle-bare.glb" -q
-"$diaphan" bake "$out/candle-bare.glb" -o "$out/candle.glb" --material wax --size-mm 60
-"$diaphan" render "$out/candle.glb" -o "$out/candle.png" --material wax --light 165,35,6,6,6 --camera 0,20,3
+"$diaphan" bake "$out/candle-bare.glb" -o "$out/candle.glb" --material wax --size-mm 48
+"$diaphan" render "$out/candle.glb" -o "$out/candle.png" --material wax --light 165,38,9,9,9 --camera 0,20,3.4
 rm "$out/candle-bare.glb"

@@ -14,6 +14,10 @@ done
 mv "$root/usr" "$root/moved"
 "$root/moved/bin/diaphan" --version
 
+libdir=$(dirname "$(find "$root/moved" -name 'libdiaphan.*' | head -n 1)")
+export LD_LIBRARY_PATH=$libdir # for a build of shared libraries
+export PKG_CONFIG_PATH=$libdir/pkgconfig
+
 expect() {
     echo "$1: $2"
     [[ $2 =~ middle:\ 19\.[34] ]]
@@ -48,10 +52,8 @@ cmake -S "$root/all" -B "$root/all/build" -DCMAKE_PREFIX_PATH="$root/moved" -DCM
     cmake --build "$root/all/build" >>"$root/log" 2>&1 || { cat "$root/log"; exit 1; }
 "$root/all/build/user"
 
-libdir=$(dirname "$(find "$root/moved" -name diaphan.pc)")
-export PKG_CONFIG_PATH=$libdir
 # shellcheck disable=SC2046
-"$cc" -std=c11 "$source/examples/bake_sphere.c" -o "$root/bake_sphere" $(pkg-config --cflags --libs diaphan)
+"$cc" -std=c11 "$source/examples/bake_sphere.c" -o "$root/bake_sphere" $(pkg-config --cflags --libs diaphan) -lm
 expect pkg-config "$("$root/bake_sphere")"
 # shellcheck disable=SC2046
 "$cc" -std=c11 "$root/all/main.c" -o "$root/all/plain" $(pkg-config --cflags --libs diaphan-render diaphan-trace)
