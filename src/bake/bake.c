@@ -7,6 +7,7 @@
 #include <diaphan/mesh.h>
 
 #include "bake/sweep.h"
+#include "bake/welded.h"
 #include "core/clock.h"
 #include "core/fail.h"
 #include "core/memory.h"
@@ -24,8 +25,6 @@ enum { MOST_PAIRS = 64, LEAST_PAIRS = 16, PANEL_BYTES = 96 << 20 };
 /* Positions of one projection task: a multiple of 8. */
 enum { TASK_POSITIONS = 512 };
 
-static const double SMALLEST_SIDE = 1e-15, LARGEST_SIDE = 1e15;
-
 struct dph_bake_params dph_bake_defaults(void)
 {
     return (struct dph_bake_params){.bands = 6, .directions = 1024, .fit = DPH_FIT_WEIGHTED};
@@ -36,71 +35,9 @@ size_t dph_bake_size(const struct dph_bake_input *input, const struct dph_bake_p
     return input->nvert * (size_t)(params->bands * params->bands);
 }
 
-/* The input with one row a position. */
-struct welded {
-    size_t npos, ntri;
-    float *position;       /* (npos x 3)                                                           */
-    uint32_t *index;       /* (ntri x 3)                                                           */
-    uint32_t *position_of; /* (nvert)                                                              */
-    double side;           /* largest, of the bounding box                                         */
-};
-
-static void welded_finish(struct welded *welded)
-{
-    free(welded->position);
-    free(welded->index);
-    free(welded->position_of);
-}
-
-static bool weld(const struct dph_bake_input *input, struct welded *welded, struct dph_error *err)
-{
-    size_t stride = input->stride ? input->stride : 3 * sizeof(float);
-    size_t nvert = input->nvert, corners = 3 * input->ntri;
-    *welded = (struct welded){.ntri = input->ntri};
-    if (input->ntri > INT32_MAX || nvert > INT32_MAX)
-        return dph_fail(err, DPH_ERROR_ARGUMENT, "a mesh has at most 2^31 - 1 vertices and triangles");
-    if (!input->index && corners > nvert)
-        return dph_fail(err, DPH_ERROR_INPUT, "%zu triangles without indices need %zu vertices, there are %zu",
-                        input->ntri, corners, nvert);
-    welded->position_of = dph_alloc(nvert, sizeof *welded->position_of);
-    welded->index = dph_alloc(corners, sizeof *welded->index);
-    if (!welded->position_of || !welded->index)
-        return dph_fail_memory(err);
-    welded->npos = dph_mesh_weld(input->position, stride, nvert, welded->position_of, err);
-    if (welded->npos == SIZE_MAX)
-        return false;
-    welded->position = dph_alloc(welded->npos, 3 * sizeof *welded->position);
-    if (!welded->position)
-        return dph_fail_memory(err);
-    for (size_t v = nvert; v-- > 0;) { /* the first vertex of a position comes last, as welding numbers them */
-        const char *from = (const char *)input->position + v * stride;
-        memcpy(welded->position + 3 * (size_t)welded->position_of[v], from, 3 * sizeof(float));
-    }
-    for (size_t i = 0; i < corners; i++) {
-        size_t v = input->index ? input->index[i] : i;
-        if (v >= nvert)
-            return dph_fail(err, DPH_ERROR_INPUT, "triangle %zu refers to vertex %zu, the mesh has %zu",
-                            i / 3, v, nvert);
-        welded->index[i] = welded->position_of[v];
-    }
-    for (size_t k = 0; k < 3; k++) {
-        double low = INFINITY, high = -INFINITY;
-        for (size_t p = 0; p < welded->npos; p++) {
-            low = fmin(low, welded->position[3 * p + k]);
-            high = fmax(high, welded->position[3 * p + k]);
-        }
-        welded->side = fmax(welded->side, high - low);
-    }
-    /* lengths and their products must stay within single precision */
-    if (welded->side > 0 && (welded->side < SMALLEST_SIDE || welded->side > LARGEST_SIDE))
-        return dph_fail(err, DPH_ERROR_INPUT, "the mesh is %g units large, what can be baked is %g to %g",
-                        welded->side, SMALLEST_SIDE, LARGEST_SIDE);
-    return true;
-}
-
 /* The s of the weights exp(-2 s S), from the material's effective transport coefficient and the largest side (docs/theory.md, "Weighted
  * fit"). */
-static double weight_extinction(const struct dph_bake_params *params, const struct welded *welded)
+static double weight_extinction(const struct dph_bake_params *params, const struct dph_welded *welded)
 {
     double side = params->largest_side > 0 ? params->largest_side : welded->side;
     double per_side = side > 0 ? 3 / side : 0;
@@ -187,7 +124,7 @@ static void solve_range(void *context, size_t i, int worker)
 }
 
 /* One normal a position, angle-weighted, in the sweep's order and padded. NULL: out of memory. */
-static float *ordered_normals(const struct welded *welded, const struct dph_sweep *sweep, size_t padded)
+static float *ordered_normals(const struct dph_welded *welded, const struct dph_sweep *sweep, size_t padded)
 {
     float *normal = dph_alloc(welded->npos, 3 * sizeof *normal);
     float *ordered = dph_alloc_zero(padded, 3 * sizeof *ordered);
@@ -237,11 +174,11 @@ bool dph_bake(const struct dph_bake_input *input, const struct dph_bake_params *
     bool ok = false;
     int threads = dph_thread_count(params->threads), directions = (params->directions + 1) & ~1;
     struct dph_bake_report local = {.directions = directions, .threads = threads};
-    struct welded welded;
+    struct dph_welded welded = {0};
     struct bake bake = {.params = params, .pairs = directions / 2};
     float *direction = NULL;
     uint32_t *place = NULL;
-    if (!weld(input, &welded, err))
+    if (!dph_welded_init(&welded, input, err))
         goto end;
     double start = dph_seconds();
     bake.npos = welded.npos;
@@ -306,7 +243,7 @@ end:
     free(place);
     dph_projector_destroy(bake.projector);
     dph_sweep_destroy(bake.sweep);
-    welded_finish(&welded);
+    dph_welded_finish(&welded);
     return ok;
 }
 
@@ -322,13 +259,13 @@ bool dph_bake_direction(const struct dph_bake_input *input, const struct dph_bak
         return dph_fail(err, DPH_ERROR_ARGUMENT, "a direction needs a length");
     const double d[3] = {direction[0] / length, direction[1] / length, direction[2] / length};
     bool ok = false;
-    struct welded welded;
+    struct dph_welded welded = {0};
     struct dph_sweep *sweep = NULL;
     struct dph_sweep_scratch *scratch = NULL;
     float *length_of = NULL;
     uint8_t *bad_of = NULL;
     uint32_t *place = NULL;
-    if (!weld(input, &welded, err) ||
+    if (!dph_welded_init(&welded, input, err) ||
         !(sweep = dph_sweep_create(welded.position, welded.npos, welded.index, welded.ntri,
                                    params->portable, err)) ||
         !(scratch = dph_sweep_scratch_create(sweep, err)))
@@ -363,6 +300,6 @@ end:
     free(place);
     dph_sweep_scratch_destroy(scratch);
     dph_sweep_destroy(sweep);
-    welded_finish(&welded);
+    dph_welded_finish(&welded);
     return ok;
 }

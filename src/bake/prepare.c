@@ -3,6 +3,7 @@
  * packed with one row a vertex. */
 #include <diaphan/prepare.h>
 
+#include "bake/welded.h"
 #include "core/clock.h"
 #include "core/fail.h"
 #include "core/memory.h"
@@ -54,48 +55,6 @@ static double body_scale(const struct dph_scene *scene, size_t body)
         largest = fmax(largest, cbrt(fabs(determinant)));
     }
     return largest > 0.0 && isfinite(largest) ? largest : 1.0;
-}
-
-/* The distinct positions of a mesh and its triangles over them. */
-struct welded {
-    uint32_t *position_of; /* (nvert) */
-    float *position;       /* (npos x 3) */
-    uint32_t *index;       /* (ntri x 3) */
-    size_t npos;
-};
-
-static void welded_finish(struct welded *welded)
-{
-    free(welded->position_of);
-    free(welded->position);
-    free(welded->index);
-}
-
-static bool welded_init(struct welded *welded, const struct dph_mesh *mesh, struct dph_error *err)
-{
-    *welded = (struct welded){0};
-    if (!(welded->position_of = dph_alloc(mesh->nvert, sizeof *welded->position_of)))
-        return dph_fail_memory(err);
-    welded->npos =
-        dph_mesh_weld(mesh->position, 3 * sizeof(float), mesh->nvert, welded->position_of, err);
-    if (welded->npos == SIZE_MAX)
-        goto error;
-    welded->position = dph_alloc(welded->npos, 3 * sizeof *welded->position);
-    welded->index = dph_alloc(mesh->ntri, 3 * sizeof *welded->index);
-    if (!welded->position || !welded->index) {
-        dph_fail_memory(err);
-        goto error;
-    }
-    for (size_t v = mesh->nvert; v-- > 0;) /* backwards: the first of equal points stays */
-        memcpy(welded->position + 3 * (size_t)welded->position_of[v], mesh->position + 3 * v,
-               3 * sizeof(float));
-    for (size_t i = 0; i < 3 * mesh->ntri; i++)
-        welded->index[i] = welded->position_of[mesh->index[i]];
-    return true;
-
-error:
-    welded_finish(welded);
-    return false;
 }
 
 /* One bar over all bodies: each counts by its triangles and vertices. */
@@ -185,12 +144,17 @@ static bool bake_body(struct dph_scene *scene, size_t number,
     struct dph_bake_params bake = params->bake;
     struct dph_bake_report report;
     struct dph_mesh_stats stats;
-    struct welded welded;
+    struct dph_welded welded;
     float *coefficient = NULL;
     struct dph_thickness *thickness = NULL;
 
     double start = dph_seconds();
-    if (!welded_init(&welded, &body->mesh, err))
+    if (!dph_welded_init(&welded,
+                         &(struct dph_bake_input){.position = body->mesh.position,
+                                                  .nvert = body->mesh.nvert,
+                                                  .index = body->mesh.index,
+                                                  .ntri = body->mesh.ntri},
+                         err))
         return false;
     total->seconds_store += dph_seconds() - start;
 
@@ -212,7 +176,7 @@ static bool bake_body(struct dph_scene *scene, size_t number,
         .position = welded.position,
         .nvert = welded.npos,
         .index = welded.index,
-        .ntri = body->mesh.ntri,
+        .ntri = welded.ntri,
     };
     coefficient = dph_alloc(dph_bake_size(&input, &bake), sizeof *coefficient);
     if (!coefficient) {
@@ -252,13 +216,13 @@ static bool bake_body(struct dph_scene *scene, size_t number,
     total->untrusted += report.untrusted * (double)report.positions;
     total->seconds_sweep += report.seconds_sweep;
     total->seconds_project += report.seconds_project;
-    welded_finish(&welded);
+    dph_welded_finish(&welded);
     free(coefficient);
     return true;
 
 error:
     dph_thickness_destroy(thickness);
-    welded_finish(&welded);
+    dph_welded_finish(&welded);
     free(coefficient);
     return false;
 }
