@@ -210,7 +210,10 @@ static void causes_of_untrusted_samples(void **state)
 
     struct dph_scene *open = balls(1, 0);
     open->body[0].mesh.ntri -= NTRI / 4;
-    expect_warning(open, "too small", 0); /* convex: a ray meets the shell once or not at all */
+    expect_warning(open, "its surface is open", 0.01);
+    open = balls(1, 0);
+    memset(open->body[0].mesh.index + 3 * (NTRI / 2), 0, 3 * sizeof(uint32_t)); /* a small hole */
+    expect_warning(open, "too small", 0);
     open = balls(2, 1.1);
     for (size_t t = 0; t < NTRI; t += 5)
         memset(open->body[0].mesh.index + 3 * t, 0, 3 * sizeof(uint32_t));

@@ -18,6 +18,7 @@ static const double DEFAULT_SIZE_MM = 25.0;
 /* Shares of untrusted pairs from which the user is told, and told loudly. Closed meshes have none;
  * a scan with a few small holes stays below the first. */
 static const double WARN_SHARE = 0.01, ALARM_SHARE = 0.2;
+enum { MAX_EXPLAINED = 4 };
 
 struct dph_scene_bake_params dph_scene_bake_defaults(void)
 {
@@ -111,16 +112,21 @@ static bool explain(struct dph_scene *scene, size_t body, const struct dph_mesh_
     return dph_fail_memory(err);
 }
 
-/* Bodies with an open border whose samples add up all the same: a ray that leaves through a hole
- * meets nothing, which looks like one that started outside. One warning for all of them. */
+/* What the user is told once for many bodies: those with an open border whose samples add up all the
+ * same, and those beyond the first few that cannot be trusted. */
 struct open_bodies {
     size_t count, boundary_edges;
+    size_t explained; /* bodies with a warning of their own, or that would have had one */
 };
 
 static bool explain_open(struct dph_scene *scene, const struct open_bodies *open,
                          struct dph_error *err)
 {
     char who[64] = "the surface is";
+    if (open->explained > MAX_EXPLAINED &&
+        !dph_scene_warn(scene, "and %zu more bodies that cannot be trusted",
+                        open->explained - MAX_EXPLAINED))
+        return dph_fail_memory(err);
     if (!open->count)
         return true;
     if (scene->nbody > 1)
@@ -198,7 +204,8 @@ static bool bake_body(struct dph_scene *scene, size_t number,
     if (!dph_mesh_measure(&body->mesh, &stats, err))
         goto error;
     if (report.untrusted > WARN_SHARE) {
-        if (!explain(scene, number, &stats, report.untrusted, err))
+        if (open->explained++ < MAX_EXPLAINED &&
+            !explain(scene, number, &stats, report.untrusted, err))
             goto error;
     } else if (stats.boundary_edges) {
         open->count++;
