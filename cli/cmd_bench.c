@@ -1,10 +1,11 @@
 /* diaphan bench: speed, measured in one run on one machine.
  *
  * bench bake times the sweep beside rays, the same positions of the same mesh along the same
- * directions. The measurements take turns, a slice each, until each has run long enough, so that a
- * machine whose speed drifts slows all of them alike. The sweep's figure is what dph_bake reports
+ * directions. There are TURNS turns; in each every measurement gets its slice of the time, so that
+ * a machine whose speed drifts slows all of them alike, and the median of the turns is taken, so that
+ * a machine that stalls for a moment does not matter. The sweep's figure is what dph_bake reports
  * for all directions; rays, many times slower, run along a part of the directions, spread evenly
- * over the list, a different part every turn. Pairs are (position, direction). */
+ * over the list, a different part every time. Pairs are (position, direction). */
 #define _POSIX_C_SOURCE 200809L
 #include "cli.h"
 
@@ -19,15 +20,31 @@ static const char *const takes[] = {"directions", "fit", "seconds", "scale", NUL
 
 static const char *const BUNNY = "/usr/share/glmark2/models/bunny.obj";
 
-enum { ENGINES = 2, SWEEP = 0, EMBREE = 1, RAY_DIRECTIONS = 8, MAX_ROWS = 8 };
+enum { ENGINES = 2, SWEEP = 0, EMBREE = 1, RAY_DIRECTIONS = 8, MAX_ROWS = 8, TURNS = 5 };
 static const char *const engine_name[ENGINES] = {"sweep", "embree"};
 
 /* One measurement: an engine, a definition, a number of threads. */
 struct row {
     int engine, threads;
     enum dph_definition definition;
-    double pairs, seconds;
+    double pairs, seconds; /* of the slice under way                    */
+    double total;          /* seconds of all slices                     */
+    double rate[TURNS];    /* pairs a second, by turn                   */
 };
+
+/* The median of the turns. */
+static double row_rate(const struct row *row)
+{
+    double sorted[TURNS];
+    memcpy(sorted, row->rate, sizeof sorted);
+    for (int i = 1; i < TURNS; i++)
+        for (int k = i; k > 0 && sorted[k] < sorted[k - 1]; k--) {
+            double swap = sorted[k];
+            sorted[k] = sorted[k - 1];
+            sorted[k - 1] = swap;
+        }
+    return sorted[TURNS / 2];
+}
 
 /* What is measured on: the distinct positions of a model. */
 struct model {
@@ -157,20 +174,20 @@ static bool measure(const struct settings *settings, const struct model *model, 
                                  err)))
         goto error;
     dph_sh_directions(count, direction);
-    bool done = false;
-    for (int turn = 0; !done; turn++) {
-        double least = settings->seconds;
-        done = true;
+    for (int turn = 0, batch = 0; turn < TURNS; turn++)
         for (int r = 0; r < nrow; r++) {
-            if (rows[r].engine == EMBREE)
-                slice_rays(model, rays, direction, count, turn, &rows[r], thickness);
-            else if (!slice_sweep(model, settings, &rows[r], coefficient, err))
-                goto error;
-            done = done && rows[r].seconds >= settings->seconds;
-            least = rows[r].seconds < least ? rows[r].seconds : least;
+            struct row *row = &rows[r];
+            row->pairs = row->seconds = 0.0;
+            while (row->seconds < settings->seconds / TURNS) {
+                if (row->engine == EMBREE)
+                    slice_rays(model, rays, direction, count, batch++, row, thickness);
+                else if (!slice_sweep(model, settings, row, coefficient, err))
+                    goto error;
+            }
+            row->rate[turn] = row->pairs / row->seconds;
+            row->total += row->seconds;
+            progress_step(progress, (double)(turn * nrow + r + 1) / (TURNS * nrow));
         }
-        progress_step(progress, least / settings->seconds);
-    }
     ok = true;
 
 error:
@@ -188,13 +205,12 @@ static void print_table(const struct model *model, const struct row *rows, int n
            with_commas(model->positions, b));
     printf("  thickness  threads   sweep M pairs/s   rays M pairs/s   ratio\n");
     for (int r = 0; r + 1 < nrow; r += 2) {
-        double sweep = rows[r].pairs / rows[r].seconds,
-               rays = rows[r + 1].pairs / rows[r + 1].seconds;
+        double sweep = row_rate(&rows[r]), rays = row_rate(&rows[r + 1]);
         printf("  %-9s  %7d   %15.2f   %14.2f   %5.1f\n", dph_definition_name(rows[r].definition),
                rows[r].threads, 1e-6 * sweep, 1e-6 * rays, sweep / rays);
     }
-    double first = rows[0].seconds / rows[0].pairs, inside = rows[2].seconds / rows[2].pairs;
-    printf("  inside costs %.2f times first (sweep, %d thread)\n", inside / first, rows[0].threads);
+    printf("  inside costs %.2f times first (sweep, %d thread)\n",
+           row_rate(&rows[0]) / row_rate(&rows[2]), rows[0].threads);
 }
 
 static void print_row(struct json *json, const struct model *model, const struct row *row,
@@ -208,8 +224,8 @@ static void print_row(struct json *json, const struct model *model, const struct
     emit_count(json, "threads", (size_t)row->threads);
     emit_text(json, "engine", engine_name[row->engine]);
     emit_text(json, "thickness", dph_definition_name(row->definition));
-    emit_number(json, "pairs_per_second", row->pairs / row->seconds);
-    emit_number(json, "seconds", row->seconds);
+    emit_number(json, "pairs_per_second", row_rate(row));
+    emit_number(json, "seconds", row->total);
     emit_close(json, '}');
 }
 
