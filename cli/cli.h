@@ -44,6 +44,9 @@ struct settings {
     struct dph_camera camera;
     int nlight; /* 0: none given */
     struct dph_light light[DPH_MAX_LIGHTS];
+    double light_angle; /* degrees, of the distant ones */
+    int map_size;
+    double blur_mm; /* negative: the material's */
     double exposure;
     double background[3];
     int width, height;

@@ -3,11 +3,33 @@
 
 #include <string.h>
 
-static const char *const takes[] = {"output", "method", "material", "size-mm", "light", "camera",
-                                    "fov", "exposure", "background", "resolution", "use-bands",
-                                    "window", "formula", "specular", "rim", "ambient", "samples",
-                                    /* of the bake in memory, where the file is not baked */
-                                    "bands", "directions", "thickness", "fit", "store", NULL};
+static const char *const takes[] = {
+    "output", "method", "material", "size-mm", "light", "light-angle", "point-light", "spot-light",
+    "camera", "fov", "exposure", "background", "resolution", "use-bands", "window", "formula",
+    "specular", "rim", "ambient", "map-size", "blur-mm", "samples",
+    /* of the bake in memory, where the file is not baked */
+    "bands", "directions", "thickness", "fit", "store", NULL};
+
+/* Lights that need the scene: a point light without intensity gives the scene's centre the
+ * irradiance pi. */
+static void resolve_lights(const struct settings *settings, const struct dph_scene *scene,
+                           struct dph_frame *frame)
+{
+    for (int i = 0; i < frame->nlight; i++) {
+        struct dph_light *light = &frame->light[i];
+        if (light->kind == DPH_LIGHT_DISTANT)
+            light->angle = settings->light_angle;
+        if (light->irradiance[0] >= 0.0)
+            continue;
+        double square = 0.0;
+        for (int k = 0; k < 3; k++) {
+            double middle = (scene->bounds[0][k] + scene->bounds[1][k]) / 2.0;
+            square += (light->position[k] - middle) * (light->position[k] - middle);
+        }
+        for (int c = 0; c < 3; c++)
+            light->irradiance[c] = 3.14159265358979323846 * square;
+    }
+}
 
 static struct dph_frame frame_of(const struct settings *settings,
                                  const struct dph_material *material, const struct dph_scene *scene)
@@ -27,6 +49,9 @@ static struct dph_frame frame_of(const struct settings *settings,
     frame.bands = settings->use_bands;
     frame.window = settings->window;
     frame.samples = settings->samples;
+    frame.map_size = settings->map_size;
+    frame.blur_mm = settings->blur_mm;
+    resolve_lights(settings, scene, &frame);
     return frame;
 }
 
@@ -51,7 +76,8 @@ static bool needs_bake(const struct settings *settings, const struct dph_scene *
 }
 
 static void report(const struct settings *settings, const struct dph_frame *frame,
-                   const struct dph_gl *gl, double seconds_bake, double seconds)
+                   const struct dph_gl *gl, const struct dph_cost *cost, double seconds_bake,
+                   double seconds)
 {
     if (settings->json) {
         struct json json;
@@ -65,6 +91,9 @@ static void report(const struct settings *settings, const struct dph_frame *fram
         emit_count(&json, "height", (size_t)frame->height);
         emit_count(&json, "lights", (size_t)frame->nlight);
         emit_number(&json, "mm_per_unit", frame->mm_per_unit);
+        emit_count(&json, "passes", (size_t)cost->passes);
+        emit_number(&json, "bytes_per_vertex", cost->bytes_per_vertex);
+        emit_count(&json, "table_bytes", cost->table_bytes);
         emit_object(&json, "seconds");
         emit_number(&json, "bake", seconds_bake);
         emit_number(&json, "total", seconds);
@@ -73,6 +102,11 @@ static void report(const struct settings *settings, const struct dph_frame *fram
     } else if (!settings->quiet) {
         printf("wrote %s: %s in %s, %dx%d\n", settings->output, frame->method->name,
                frame->material.name, frame->width, frame->height);
+        talk(settings,
+             "%s: %g bytes a vertex, %zu bytes beside them, %d pass%s a frame, %.2f s of "
+             "precomputation",
+             frame->method->name, cost->bytes_per_vertex, cost->table_bytes, cost->passes,
+             cost->passes == 1 ? "" : "es", seconds_bake);
     }
 }
 
@@ -85,6 +119,7 @@ static int run(struct settings *settings)
     struct dph_gl *gl = NULL;
     struct dph_renderer *renderer = NULL;
     struct dph_image image = {0};
+    struct dph_cost cost;
 
     if (!has_ending(settings->output, ".png") && !has_ending(settings->output, ".exr")) {
         complain(settings, "%s: the ending says the format, .png or .exr", settings->output);
@@ -92,6 +127,14 @@ static int run(struct settings *settings)
     }
     if (!load_material(settings, "wax", &material, &code))
         return code;
+    struct dph_frame asked = dph_frame_defaults(); /* told before the scene is loaded and baked */
+    asked.method = settings->method;
+    if (settings->nlight) {
+        asked.nlight = settings->nlight;
+        memcpy(asked.light, settings->light, sizeof asked.light);
+    }
+    if (!dph_frame_check_lights(&asked, &err))
+        return report_error(settings, &err);
     if (!output_possible(settings, settings->output))
         return EXIT_OUTPUT;
     double start = seconds_now(), seconds_bake = 0.0;
@@ -115,9 +158,10 @@ static int run(struct settings *settings)
     if (!(renderer = dph_renderer_create(scene, &err)) ||
         !dph_image_init(&image, frame.width, frame.height, &err) ||
         !dph_renderer_draw(renderer, &frame, &image, &err) ||
+        !dph_renderer_cost(renderer, &frame, &cost, &err) ||
         !dph_image_save(&image, settings->output, &tone, &err))
         goto error;
-    report(settings, &frame, gl, seconds_bake, seconds_now() - start);
+    report(settings, &frame, gl, &cost, seconds_bake, seconds_now() - start);
     goto done;
 
 error:
@@ -144,7 +188,13 @@ const struct command command_render = {
              "coverage). A light stands at (cos EL sin AZ, sin EL, cos EL cos AZ), y up, and so "
              "does the camera, which looks\n"
              "at the centre of the bounding box. With irradiance pi white paper that faces the "
-             "light has radiance 1.\n",
+             "light has radiance 1.\n"
+             "Point and spot lights stand in scene units; without R,G,B they give the centre of "
+             "the bounding box irradiance\n"
+             "pi. A spot fades over the outer tenth of its cone. Thickness towards them is that "
+             "from a body's centre (shsss)\n"
+             "or from every point (green). Of a disc, shsss takes the mean thickness; lambert and "
+             "green take its middle.\n",
     .options = takes,
     .min_inputs = 1,
     .max_inputs = 1,

@@ -13,17 +13,12 @@ enum { WHY = 256 };
 struct option {
     const char *name;
     char letter; /* 0: none                                                                    */
-    const char
-        *argument; /* as help shows it; NULL: a flag                                             */
-    const char
-        *initial; /* the default as help shows it; NULL: none                                   */
-    const char
-        *help;     /* what it means, with the unit                                               */
+    const char *argument; /* as help shows it; NULL: a flag */
+    const char *initial;  /* the default as help shows it; NULL: none  */
+    const char *help;     /* what it means, with the unit     */
     size_t offset; /* of the field in struct settings                                            */
-    double low,
-        high; /* of numbers                                                                 */
-    const char *(*choice)(
-        size_t i); /* the values there are, NULL beyond the last                      */
+    double low, high;                /* of numbers                */
+    const char *(*choice)(size_t i); /* the values there are, NULL beyond the last */
     /* Sets the field from `value`; false with the reason, a clause that follows "--name: ", in
      * `why` (WHY bytes). */
     bool (*parse)(const struct option *option, struct settings *settings, const char *value,
@@ -155,6 +150,15 @@ static bool parse_method(const struct option *option, struct settings *settings,
     return number >= 0;
 }
 
+/* The light that an option adds; NULL where there are too many. */
+static struct dph_light *add_light(struct settings *settings, char *why)
+{
+    if (settings->nlight < DPH_MAX_LIGHTS)
+        return &settings->light[settings->nlight++];
+    snprintf(why, WHY, "more than %d lights", DPH_MAX_LIGHTS);
+    return NULL;
+}
+
 static bool parse_light(const struct option *option, struct settings *settings, const char *value,
                         char *why)
 {
@@ -171,14 +175,75 @@ static bool parse_light(const struct option *option, struct settings *settings, 
                  value);
         return false;
     }
-    if (settings->nlight == DPH_MAX_LIGHTS) {
-        snprintf(why, WHY, "more than %d lights", DPH_MAX_LIGHTS);
+    struct dph_light *light = add_light(settings, why);
+    if (!light)
         return false;
-    }
-    struct dph_light *light = &settings->light[settings->nlight++];
     dph_light_direction(v[0], v[1], light->to_light);
     memcpy(light->irradiance, v + 2, sizeof light->irradiance);
     return true;
+}
+
+/* Intensity R,G,B in v[0..2]; where it is not given it is negative until the scene is known
+ * (resolve_lights). */
+static bool parse_point_light(const struct option *option, struct settings *settings,
+                              const char *value, char *why)
+{
+    (void)option;
+    double v[6] = {0, 0, 0, -1, -1, -1};
+    int n = numbers(value, v, 6);
+    if ((n != 3 && n != 6) || (n == 6 && (v[3] < 0 || v[4] < 0 || v[5] < 0))) {
+        snprintf(why, WHY, "wants X,Y,Z or X,Y,Z,R,G,B with R,G,B not negative, not '%.64s'",
+                 value);
+        return false;
+    }
+    struct dph_light *light = add_light(settings, why);
+    if (!light)
+        return false;
+    light->kind = DPH_LIGHT_POINT;
+    memcpy(light->position, v, sizeof light->position);
+    memcpy(light->irradiance, v + 3, sizeof light->irradiance);
+    return true;
+}
+
+static bool parse_spot_light(const struct option *option, struct settings *settings,
+                             const char *value, char *why)
+{
+    (void)option;
+    double v[10] = {0, 0, 0, 0, 0, 0, 0, -1, -1, -1};
+    int n = numbers(value, v, 10);
+    if ((n != 7 && n != 10) || (n == 10 && (v[7] < 0 || v[8] < 0 || v[9] < 0))) {
+        snprintf(why, WHY,
+                 "wants X,Y,Z,TX,TY,TZ,ANGLE or that and R,G,B, none negative, not '%.64s'", value);
+        return false;
+    }
+    if (v[6] < 0.1 || v[6] > 85 || (v[0] == v[3] && v[1] == v[4] && v[2] == v[5])) {
+        snprintf(why, WHY,
+                 "%.64s: ANGLE is 0.1 to 85 degrees, and TX,TY,TZ is another point than X,Y,Z",
+                 value);
+        return false;
+    }
+    struct dph_light *light = add_light(settings, why);
+    if (!light)
+        return false;
+    light->kind = DPH_LIGHT_SPOT;
+    light->angle = v[6];
+    for (int k = 0; k < 3; k++) {
+        light->position[k] = v[k];
+        light->to_light[k] = v[k] - v[3 + k];
+        light->irradiance[k] = v[7 + k];
+    }
+    return true;
+}
+
+static bool parse_map_size(const struct option *option, struct settings *settings,
+                           const char *value, char *why)
+{
+    if (!parse_int(option, settings, value, why))
+        return false;
+    if (!(settings->map_size & (settings->map_size - 1)))
+        return true;
+    snprintf(why, WHY, "%s is no power of two", value);
+    return false;
 }
 
 static bool parse_camera(const struct option *option, struct settings *settings, const char *value,
@@ -309,6 +374,14 @@ static const struct option options[] = {
     {"light", 0, "AZ,EL[,R,G,B]", "150,30 with pi each",
      "a distant light: where it stands in degrees, y up, and its irradiance; repeatable", AT(light),
      0, 0, NULL, parse_light},
+    {"light-angle", 0, "DEG", "0", "half-angle of the distant lights' discs, 0 to 90",
+     AT(light_angle), 0, 90, NULL, parse_real},
+    {"point-light", 0, "X,Y,Z[,R,G,B]", NULL,
+     "a light at a point of the scene, R,G,B at a distance of one unit; repeatable", AT(light), 0,
+     0, NULL, parse_point_light},
+    {"spot-light", 0, "X,Y,Z,TX,TY,TZ,ANGLE[,R,G,B]", NULL,
+     "the same, aimed at TX,TY,TZ with a cone of half-angle ANGLE in degrees; repeatable",
+     AT(light), 0, 0, NULL, parse_spot_light},
     {"camera", 0, "AZ,EL[,DIST]", "0,15,3.5",
      "where the camera stands, in degrees and bounding-sphere radii", AT(camera), 0, 0, NULL,
      parse_camera},
@@ -331,6 +404,11 @@ static const struct option options[] = {
      parse_real},
     {"ambient", 0, "X", "the material's, else 0", "light from everywhere, as radiance", AT(ambient),
      0, 1e6, NULL, parse_real},
+    {"map-size", 0, "N", "1024",
+     "green, green-gauss: texels a side of the depth maps, a power of two", AT(map_size), 16, 8192,
+     NULL, parse_map_size},
+    {"blur-mm", 0, "X", "a mean free path", "green-gauss: sigma of the blur", AT(blur_mm), 0, 1e12,
+     NULL, parse_real},
     {"samples", 0, "N", "4", "multisampling, 1 to 16", AT(samples), 1, 16, NULL, parse_int},
     /* measuring */
     {"seconds", 0, "S", "1", "how long each measurement runs at least", AT(seconds), 0.01, 3600,
@@ -373,6 +451,8 @@ void settings_init(struct settings *settings, const struct command *command)
         .width = frame.width,
         .height = frame.height,
         .samples = frame.samples,
+        .map_size = frame.map_size,
+        .blur_mm = frame.blur_mm,
         .window = frame.window,
         .seconds = 1.0,
     };

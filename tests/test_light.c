@@ -165,13 +165,73 @@ static void test_nothing(void **state)
         assert_memory_equal(&cases[i], &zero, sizeof zero);
 }
 
+/* Seen from a point: direction, the inverse square, and a spot's cone, which is full up to nine
+ * tenths of its angle and dark beyond it. */
+static void test_local(void **state)
+{
+    (void)state;
+    struct dph_light distant = {.to_light = {1, 2, 3}, .irradiance = {4, 5, 6}, .angle = 3}, out;
+    dph_light_at(&distant, (const double[3]){7, 8, 9}, &out);
+    assert_memory_equal(&out, &distant, sizeof out);
+    struct dph_light light = {
+        .kind = DPH_LIGHT_POINT, .position = {1, 2, 3}, .irradiance = {4, 8, 12}};
+    dph_light_at(&light, (const double[3]){1, 2, 1}, &out);
+    assert_true(out.kind == DPH_LIGHT_DISTANT && out.to_light[0] == 0 && out.to_light[2] == 1);
+    for (int c = 0; c < 3; c++)
+        assert_float_equal(out.irradiance[c], 1 + c, 1e-12);
+    dph_light_at(&light, light.position, &out);
+    assert_true(out.to_light[0] == 0 && out.to_light[1] == 0 && out.to_light[2] == 0);
+    light.kind = DPH_LIGHT_SPOT;
+    light.to_light[2] = 5;
+    light.angle = 20;
+    static const double share[][2] = {{0, 1}, {17.9, 1}, {20.1, 0}, {170, 0}};
+    for (size_t i = 0; i < 4; i++) {
+        double a = share[i][0] * 3.14159265358979323846 / 180;
+        dph_light_at(&light, (const double[3]){1 + 2 * sin(a), 2, 3 - 2 * cos(a)}, &out);
+        assert_float_equal(out.irradiance[1], 2 * share[i][1], 1e-9);
+    }
+    dph_light_at(&light, (const double[3]){1 + 2 * sin(.33), 2, 3 - 2 * cos(.33)}, &out);
+    assert_true(out.irradiance[1] > .1 && out.irradiance[1] < 1.9);
+}
+
+/* A disc's values are the mean of those of its points. */
+static void test_disc(void **state)
+{
+    (void)state;
+    const double pi = 3.14159265358979323846;
+    struct dph_thickness t = stored(6);
+    for (double angle = .001; angle < 91; angle = angle < 1 ? angle * 30 : angle + 20) {
+        struct dph_light light = {.to_light = {0, .6, .8}, .irradiance = {1, 1, 1}, .angle = angle};
+        struct dph_light_constants got, one;
+        double mean[36] = {0};
+        const int rings = 200, steps = 64;
+        dph_light_constants(&light, &t, identity, 1, 0, DPH_WINDOW_NONE, &got);
+        light.angle = 0;
+        for (int r = 0; r < rings; r++) { /* rings of equal area */
+            double z = 1 - (1 - cos(angle * pi / 180)) * (r + .5) / rings, s = sqrt(1 - z * z);
+            for (int i = 0; i < steps; i++) {
+                double x = s * cos(2 * pi * i / steps), y = s * sin(2 * pi * i / steps);
+                light.to_light[0] = x;
+                light.to_light[1] = .6 * z + .8 * y;
+                light.to_light[2] = .8 * z - .6 * y;
+                dph_light_constants(&light, &t, identity, 1, 0, DPH_WINDOW_NONE, &one);
+                for (int k = 0; k < 36; k++)
+                    mean[k] += (double)one.sh[k / 4][k % 4] / (rings * steps);
+            }
+        }
+        for (int k = 0; k < 36; k++)
+            assert_float_equal(got.sh[k / 4][k % 4], mean[k], 1e-4);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_direction), cmocka_unit_test(test_values),
         cmocka_unit_test(test_rotation),  cmocka_unit_test(test_scale),
         cmocka_unit_test(test_ellipsoid), cmocka_unit_test(test_bands_and_windows),
-        cmocka_unit_test(test_nothing),
+        cmocka_unit_test(test_nothing),   cmocka_unit_test(test_local),
+        cmocka_unit_test(test_disc),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

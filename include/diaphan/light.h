@@ -11,11 +11,23 @@
 extern "C" {
 #endif
 
-/* A distant light. */
+enum dph_light_kind { DPH_LIGHT_DISTANT = 0, DPH_LIGHT_POINT, DPH_LIGHT_SPOT };
+
+/* A light. Zeros beyond the first two members make it distant and a point of the sky. */
 struct dph_light {
-    double to_light[3];   /* world space, any length but 0                                          */
-    double irradiance[3]; /* RGB, on a plane perpendicular to it; pi makes facing white paper radiance 1 */
+    double to_light[3];   /* distant: world space, any length but 0; spot: from where it aims back to it  */
+    double irradiance[3]; /* RGB. distant: on a plane perpendicular to it; pi makes facing white paper radiance 1.
+                           * point, spot: the same at a distance of one unit of the scene, falling with
+                           * the square of the distance                                             */
+    enum dph_light_kind kind; /* DPH_LIGHT_DISTANT                                                  */
+    double position[3];   /* point, spot: world space                                               */
+    double angle;         /* half-angle in degrees. distant: of its disc, 0 to 90, even radiance; spot: of its
+                           * cone, above 0 and below 90, fading smoothly over the outer tenth         */
 };
+
+/* What a light is as seen from a point of the world: distant, with the direction and the irradiance there. A distant
+ * light stays as it is. At the light itself it has the direction 0, and none. */
+void dph_light_at(const struct dph_light *light, const double point[3], struct dph_light *out);
 
 /* The direction of azimuth and elevation in degrees: (cos el sin az, sin el, cos el cos az). */
 void dph_light_direction(double azimuth, double elevation, double direction[3]);
@@ -31,7 +43,8 @@ struct dph_light_constants {
 /* Fills `out` for a body with `thickness`, placed by `matrix` (column-major, object to world) in a
  * scene of `mm_per_unit`. The light goes into the object's space as A^-1 L, normalised, lengths
  * come back as |A L_object| (A: the linear part). `bands`: how many of the stored bands to use, 0:
- * all; never more than DPH_DRAW_BANDS. A light of length 0 or a singular matrix gives zeros. */
+ * all; never more than DPH_DRAW_BANDS. A light of length 0 or a singular matrix gives zeros. The light is a distant
+ * one (dph_light_at makes others so); for a disc it is the mean thickness over the disc. */
 void dph_light_constants(const struct dph_light *light, const struct dph_thickness *thickness,
                          const float matrix[16], double mm_per_unit, int bands,
                          enum dph_window window, struct dph_light_constants *out);

@@ -34,6 +34,7 @@ struct dph_method {
     const char *paper;      /* where it comes from                                                */
     bool needs_thickness;   /* bodies must be baked                                               */
     bool quantity;          /* the picture is a measured quantity, not light: save it without tone */
+    bool local_lights;      /* takes point and spot lights beside distant ones                    */
     const struct dph_method_draw *draw; /* private                                                */
 };
 
@@ -64,8 +65,13 @@ struct dph_frame {
     int bands;                            /* 0: all that are stored                                */
     enum dph_window window;               /* DPH_WINDOW_NONE                                       */
     int samples;                          /* multisampling, 1 to 16, less where GL has less; 4      */
+    int map_size;                         /* depth maps: texels a side, a power of two, 16 to 8192; 1024 */
+    double blur_mm;                       /* green-gauss: sigma; negative: a mean free path of the material's green channel; -1 */
 };
 struct dph_frame dph_frame_defaults(void);
+
+/* Whether the frame's method takes the frame's lights. False: DPH_ERROR_ARGUMENT, the message names the methods that do. */
+bool dph_frame_check_lights(const struct dph_frame *frame, struct dph_error *err);
 
 /* A scene's data on the GPU. The scene must outlive it and not change. */
 struct dph_renderer;
@@ -78,8 +84,18 @@ void dph_renderer_destroy(struct dph_renderer *renderer);
 bool dph_renderer_draw(struct dph_renderer *renderer, const struct dph_frame *frame,
                        struct dph_image *image, struct dph_error *err);
 
-/* Reads back what the vertex stage computes for light 0: the thickness in mm, not clamped, of every
- * vertex of one instance, for tests. `thickness` (body.mesh.nvert). */
+/* What a frame costs by its method. */
+struct dph_cost {
+    int passes;              /* a frame, over the bodies or over a map                              */
+    double bytes_per_vertex; /* as the vertex stage fetches them, beyond position and normal; mean over the vertices */
+    size_t table_bytes;      /* beside the vertices: maps and tables                                */
+};
+/* False: as dph_renderer_draw, for a frame that cannot be drawn. Draws nothing. */
+bool dph_renderer_cost(struct dph_renderer *renderer, const struct dph_frame *frame, struct dph_cost *cost,
+                       struct dph_error *err);
+
+/* Reads back what the frame's method takes for the thickness towards light 0 at every vertex of one instance, in mm, for
+ * tests: what the vertex stage computes of coefficients, not clamped, or what the depth maps say. `thickness` (body.mesh.nvert). */
 bool dph_renderer_thickness(struct dph_renderer *renderer, const struct dph_frame *frame,
                             size_t instance, float *thickness, struct dph_error *err);
 

@@ -142,10 +142,65 @@ bool dph_gpu_body_init(struct dph_gpu_body *gpu, const struct dph_body *body, st
     return ok;
 }
 
+bool dph_gpu_body_outward(struct dph_gpu_body *gpu, const struct dph_body *body,
+                          struct dph_error *err)
+{
+    const struct dph_mesh *mesh = &body->mesh;
+    if (gpu->outward || !gpu->count)
+        return true;
+    uint32_t *position_of = dph_alloc(mesh->nvert, sizeof *position_of), *index = NULL;
+    float *position = NULL, *normal = NULL;
+    signed char(*row)[4] = NULL;
+    bool ok = false;
+    if (!position_of) {
+        dph_fail_memory(err);
+        goto error;
+    }
+    size_t npos = dph_mesh_weld(mesh->position, 3 * sizeof(float), mesh->nvert, position_of, err);
+    if (npos == SIZE_MAX)
+        goto error;
+    position = dph_alloc(npos, 3 * sizeof *position);
+    normal = dph_alloc(npos, 3 * sizeof *normal);
+    index = dph_alloc(mesh->ntri, 3 * sizeof *index);
+    row = dph_alloc(gpu->nvert, sizeof *row);
+    if (!position || !normal || !index || !row) {
+        dph_fail_memory(err);
+        goto error;
+    }
+    for (size_t v = 0; v < mesh->nvert; v++)
+        memcpy(position + 3 * (size_t)position_of[v], mesh->position + 3 * v, 3 * sizeof *position);
+    for (size_t i = 0; i < 3 * mesh->ntri; i++)
+        index[i] = position_of[mesh->index[i]];
+    dph_mesh_position_normals(position, npos, index, mesh->ntri, normal);
+    for (size_t r = 0; r < gpu->nvert; r++) {
+        const float *n = normal + 3 * (size_t)position_of[vertex_of(gpu, mesh, r)];
+        for (int k = 0; k < 3; k++)
+            row[r][k] = (signed char)lrintf(127 * n[k]);
+        row[r][3] = 0;
+    }
+    dph_gl_drain();
+    glBindVertexArray(gpu->array);
+    glGenBuffers(1, &gpu->outward);
+    glBindBuffer(GL_ARRAY_BUFFER, gpu->outward);
+    glBufferData(GL_ARRAY_BUFFER, (GLsizeiptr)(gpu->nvert * sizeof *row), row, GL_STATIC_DRAW);
+    glEnableVertexAttribArray(DPH_OUTWARD);
+    glVertexAttribPointer(DPH_OUTWARD, 4, GL_BYTE, GL_TRUE, sizeof *row, NULL);
+    glBindVertexArray(0);
+    ok = dph_gl_check("upload", err);
+
+error:
+    free(position_of);
+    free(position);
+    free(normal);
+    free(index);
+    free(row);
+    return ok;
+}
+
 void dph_gpu_body_finish(struct dph_gpu_body *gpu)
 {
-    GLuint buffers[3] = {gpu->vertices, gpu->coefficients, gpu->indices};
-    glDeleteBuffers(3, buffers);
+    GLuint buffers[4] = {gpu->vertices, gpu->coefficients, gpu->indices, gpu->outward};
+    glDeleteBuffers(4, buffers);
     glDeleteVertexArrays(1, &gpu->array);
     *gpu = (struct dph_gpu_body){0};
 }

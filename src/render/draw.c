@@ -12,13 +12,20 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define DEGREE (3.14159265358979323846 / 180)
+
 struct dph_program *dph_draw_program(struct dph_renderer *renderer, const char *vert,
-                                     const char *frag, const char *feedback, int lights,
-                                     int vectors, struct dph_error *err)
+                                     const char *frag, const char *feedback,
+                                     const struct dph_frame *frame, int vectors,
+                                     struct dph_error *err)
 {
+    int lights = frame->nlight;
+    bool local = false;
+    for (int i = 0; i < lights; i++)
+        local = local || frame->light[i].kind != DPH_LIGHT_DISTANT;
     for (struct dph_variant *v = renderer->variants; v; v = v->next)
         if (v->vert == vert && v->frag == frag && v->feedback == feedback && v->lights == lights &&
-            v->vectors == vectors)
+            v->vectors == vectors && v->local == local)
             return &v->program;
     struct dph_variant *v = calloc(1, sizeof *v);
     if (!v) {
@@ -30,10 +37,11 @@ struct dph_program *dph_draw_program(struct dph_renderer *renderer, const char *
                               .feedback = feedback,
                               .lights = lights,
                               .vectors = vectors,
+                              .local = local,
                               .next = renderer->variants};
     char defines[128];
-    snprintf(defines, sizeof defines, "#define DPH_LIGHTS %d\n#define DPH_VECTORS %d\n", lights,
-             vectors);
+    snprintf(defines, sizeof defines, "#define DPH_LIGHTS %d\n#define DPH_VECTORS %d\n%s", lights,
+             vectors, local ? "#define DPH_LOCAL\n" : "");
     if (!dph_program_init(&v->program, vert, frag, defines, feedback, err)) {
         free(v);
         return NULL;
@@ -62,19 +70,18 @@ void dph_draw_material(const struct dph_draw *draw, struct dph_program *program)
     dph_set_float(program, "u_material.ambient", m->ambient);
 }
 
-/* Column-major product of the affine placement and the camera, and the matrix for normals. Returns
- * the sign of the determinant. */
-static double place(const struct dph_draw *draw, const struct dph_instance *instance,
-                    const double origin[3], float place[16], float clip[16], float normal[9])
+double dph_draw_matrices(const struct dph_renderer *renderer, const struct dph_instance *instance,
+                         const double from[3], const float view[16], float place[16],
+                         float clip[16], float normal[9])
 {
     const float *m = instance->matrix;
-    double radius = draw->renderer->radius, column[4][3], cofactor[3][3], largest = 0,
-           determinant = 0;
+    const double *origin = renderer->body[instance->body].origin;
+    double radius = renderer->radius, column[4][3], cofactor[3][3], largest = 0, determinant = 0;
     for (int c = 0; c < 3; c++)
         for (int r = 0; r < 3; r++)
             column[c][r] = (double)m[4 * c + r] / radius;
     for (int r = 0; r < 3; r++) {
-        column[3][r] = (double)m[12 + r] - draw->eye[r];
+        column[3][r] = (double)m[12 + r] - from[r];
         for (int c = 0; c < 3; c++)
             column[3][r] += (double)m[4 * c + r] * origin[c];
         column[3][r] /= radius;
@@ -94,9 +101,9 @@ static double place(const struct dph_draw *draw, const struct dph_instance *inst
     for (int c = 0; c < 4; c++)
         for (int r = 0; r < 4; r++) {
             place[4 * c + r] = r < 3 ? (float)column[c][r] : c == 3;
-            double sum = c == 3 ? (double)draw->clip[12 + r] : 0;
+            double sum = c == 3 ? (double)view[12 + r] : 0;
             for (int k = 0; k < 3; k++)
-                sum += (double)draw->clip[4 * k + r] * column[c][k];
+                sum += (double)view[4 * k + r] * column[c][k];
             clip[4 * c + r] = (float)sum;
         }
     return sign;
@@ -108,30 +115,72 @@ static const struct dph_thickness *thickness_of(const struct dph_draw *draw,
     return draw->renderer->scene->body[instance->body].thickness;
 }
 
+/* What a fragment needs to find direction and irradiance itself. */
+static void place_local(const struct dph_draw *draw, struct dph_program *program,
+                        const struct dph_light *source, int i, struct dph_light_constants *light)
+{
+    char name[2][40];
+    float position[4] = {0}, cone[4] = {-2, -3}; /* no cone: any cosine is above */
+    double radius = draw->renderer->radius, length = 0;
+    snprintf(name[0], sizeof name[0], "u_light[%d].position", i);
+    snprintf(name[1], sizeof name[1], "u_light[%d].cone", i);
+    if (source->kind != DPH_LIGHT_DISTANT) {
+        position[3] = 1;
+        for (int k = 0; k < 3; k++) {
+            position[k] = (float)((source->position[k] - draw->eye[k]) / radius);
+            light->irradiance[k] = (float)(source->irradiance[k] / (radius * radius));
+            length += source->to_light[k] * source->to_light[k];
+        }
+    }
+    if (source->kind == DPH_LIGHT_SPOT) {
+        cone[0] = (float)cos(.9 * source->angle * DEGREE);
+        cone[1] = (float)cos(source->angle * DEGREE);
+        for (int k = 0; k < 3; k++)
+            light->to_light[k] = (float)(source->to_light[k] / sqrt(length));
+    }
+    dph_set_vec(program, name[0], 4, 1, position);
+    dph_set_vec(program, name[1], 2, 1, cone);
+}
+
 void dph_draw_place(const struct dph_draw *draw, struct dph_program *program,
                     const struct dph_instance *instance, int vectors)
 {
+    const struct dph_renderer *renderer = draw->renderer;
+    const double *origin = renderer->body[instance->body].origin;
     float placed[16], clip[16], normal[9];
     double sign =
-        place(draw, instance, draw->renderer->body[instance->body].origin, placed, clip, normal);
+        dph_draw_matrices(renderer, instance, draw->eye, draw->clip, placed, clip, normal);
+    double centre[3]; /* of the body */
+    for (int r = 0; r < 3; r++) {
+        centre[r] = (double)instance->matrix[12 + r];
+        for (int c = 0; c < 3; c++)
+            centre[r] += (double)instance->matrix[4 * c + r] * origin[c];
+    }
     dph_set_mat(program, "u_place", 4, placed);
     dph_set_mat(program, "u_clip", 4, clip);
     dph_set_mat(program, "u_normal", 3, normal);
     glFrontFace(sign < 0 ? GL_CW : GL_CCW);
+    bool local = false;
+    for (int i = 0; i < draw->frame->nlight; i++)
+        local = local || draw->frame->light[i].kind != DPH_LIGHT_DISTANT;
     static const struct dph_thickness none;
     for (int i = 0; i < draw->frame->nlight; i++) {
+        const struct dph_light *source = &draw->frame->light[i];
+        struct dph_light seen; /* as the body's centre sees it */
         struct dph_light_constants light;
         char name[3][40];
         snprintf(name[0], sizeof name[0], "u_light[%d].to_light", i);
         snprintf(name[1], sizeof name[1], "u_light[%d].irradiance", i);
         snprintf(name[2], sizeof name[2], "u_light[%d].sh", i);
-        dph_light_constants(&draw->frame->light[i], vectors ? thickness_of(draw, instance) : &none,
-                            instance->matrix, draw->mm_per_unit, draw->frame->bands,
-                            draw->frame->window, &light);
-        dph_set_vec(program, name[0], 3, 1, light.to_light);
-        dph_set_vec(program, name[1], 3, 1, light.irradiance);
+        dph_light_at(source, centre, &seen);
+        dph_light_constants(&seen, vectors ? thickness_of(draw, instance) : &none, instance->matrix,
+                            draw->mm_per_unit, draw->frame->bands, draw->frame->window, &light);
         if (vectors)
             dph_set_vec(program, name[2], 4, vectors, light.sh[0]);
+        if (local)
+            place_local(draw, program, source, i, &light);
+        dph_set_vec(program, name[0], 3, 1, light.to_light);
+        dph_set_vec(program, name[1], 3, 1, light.irradiance);
     }
 }
 
@@ -141,6 +190,15 @@ static int vectors_in_use(const struct dph_draw *draw, const struct dph_gpu_body
     int bands = draw->frame->bands,
         wanted = bands > 0 && bands < DPH_DRAW_BANDS ? (bands * bands + 3) / 4 : DPH_MAX_VECTORS;
     return wanted < gpu->vectors ? wanted : gpu->vectors;
+}
+
+void dph_draw_body(const struct dph_gpu_body *gpu)
+{
+    glBindVertexArray(gpu->array);
+    if (gpu->indexed)
+        glDrawElements(GL_TRIANGLES, gpu->count, GL_UNSIGNED_INT, NULL);
+    else
+        glDrawArrays(GL_TRIANGLES, 0, gpu->count);
 }
 
 bool dph_draw_pass(struct dph_draw *draw, const struct dph_pass *pass, struct dph_error *err)
@@ -156,8 +214,8 @@ bool dph_draw_pass(struct dph_draw *draw, const struct dph_pass *pass, struct dp
             return dph_fail(err, DPH_ERROR_ARGUMENT, "pass %s: body %zu ('%.60s') is not baked",
                             pass->name, instance->body, scene->body[instance->body].name);
         int vectors = pass->thickness ? vectors_in_use(draw, gpu) : 0;
-        program = dph_draw_program(draw->renderer, pass->vert, pass->frag, NULL,
-                                   draw->frame->nlight, vectors, err);
+        program = dph_draw_program(draw->renderer, pass->vert, pass->frag, NULL, draw->frame,
+                                   vectors, err);
         if (!program)
             return false;
         if (program != used) {
@@ -169,11 +227,7 @@ bool dph_draw_pass(struct dph_draw *draw, const struct dph_pass *pass, struct dp
             used = program;
         }
         dph_draw_place(draw, program, instance, vectors);
-        glBindVertexArray(gpu->array);
-        if (gpu->indexed)
-            glDrawElements(GL_TRIANGLES, gpu->count, GL_UNSIGNED_INT, NULL);
-        else
-            glDrawArrays(GL_TRIANGLES, 0, gpu->count);
+        dph_draw_body(gpu);
     }
     glBindVertexArray(0);
     return used ? dph_program_check(used, pass->name, err) : dph_gl_check(pass->name, err);

@@ -16,6 +16,7 @@
  * keep their precision. */
 struct dph_gpu_body {
     GLuint array, vertices, coefficients, indices;
+    GLuint outward;    /* one direction a position, for methods that ask; 0: not asked for yet  */
     GLsizei count;     /* indices, or vertices where there are none                            */
     size_t nvert;      /* rows in the buffers                                                  */
     bool indexed;
@@ -28,6 +29,12 @@ struct dph_gpu_body {
  * triangles gets count 0. */
 bool dph_gpu_body_init(struct dph_gpu_body *gpu, const struct dph_body *body, struct dph_error *err);
 void dph_gpu_body_finish(struct dph_gpu_body *gpu);
+
+/* Binds attribute DPH_OUTWARD: the angle-weighted normal of the vertex's position, the same for all vertices there, so that a
+ * body that is pushed out along it does not come apart at its edges. Does nothing the second time. False:
+ * DPH_ERROR_MEMORY, _CAPABILITY. */
+#define DPH_OUTWARD 15
+bool dph_gpu_body_outward(struct dph_gpu_body *gpu, const struct dph_body *body, struct dph_error *err);
 
 /* A multisampled linear float target and the one it is resolved to. */
 struct dph_target {
@@ -51,14 +58,18 @@ struct dph_variant {
     struct dph_variant *next;
     const char *vert, *frag, *feedback;
     int lights, vectors;
+    bool local; /* some are point or spot lights                                              */
     struct dph_program program;
 };
+
+struct dph_green; /* the depth maps of method_green.c */
 
 struct dph_renderer {
     const struct dph_scene *scene;
     struct dph_gpu_body *body; /* (scene->nbody)                                              */
     struct dph_target target;
     struct dph_variant *variants;
+    struct dph_green *green;   /* Nullable: not drawn yet                                     */
     double centre[3], radius;  /* of the scene's bounding box; radius > 0                     */
 };
 
@@ -85,10 +96,18 @@ struct dph_pass {
  * not baked, DPH_ERROR_CAPABILITY. */
 bool dph_draw_pass(struct dph_draw *draw, const struct dph_pass *pass, struct dph_error *err);
 
+/* Matrices of an instance, column-major. Positions are relative to `from` (world space) and in units of the scene's
+ * radius; `clip` is the product of the placement and `view`. Returns the sign of the placement's determinant. */
+double dph_draw_matrices(const struct dph_renderer *renderer, const struct dph_instance *instance,
+                         const double from[3], const float view[16], float place[16], float clip[16],
+                         float normal[9]);
+/* One draw call, with the program in use. */
+void dph_draw_body(const struct dph_gpu_body *gpu);
+
 /* The program of a pass, compiled at its first use and kept by the renderer. NULL: as
  * dph_program_init. */
 struct dph_program *dph_draw_program(struct dph_renderer *renderer, const char *vert, const char *frag,
-                                     const char *feedback, int lights, int vectors,
+                                     const char *feedback, const struct dph_frame *frame, int vectors,
                                      struct dph_error *err);
 
 /* The lights and the placement of one instance; `vectors` 0: no thickness. */
@@ -99,10 +118,22 @@ void dph_draw_material(const struct dph_draw *draw, struct dph_program *program)
 
 /* The private half of struct dph_method. */
 struct dph_method_draw {
+    /* Once a frame, before its target is bound: passes of other sizes. Nullable. */
+    bool (*prepare)(struct dph_draw *draw, struct dph_error *err);
+    /* Once a tile of the picture. */
     bool (*draw)(struct dph_draw *draw, struct dph_error *err);
+    /* A vertex stage with the varying v_thickness, for dph_renderer_thickness, and its uniforms. Nullable: body.vert. */
+    const char *probe;
+    void (*probe_uniforms)(const struct dph_draw *draw, struct dph_program *program);
+    /* Adds what a frame costs beyond one pass over the bodies and their thickness. Nullable. */
+    void (*cost)(const struct dph_draw *draw, struct dph_cost *cost);
 };
 
+/* Frees the depth maps; accepts NULL. */
+void dph_green_destroy(struct dph_green *green);
+
 /* The rows of the table, each in its own file. */
-extern const struct dph_method dph_method_lambert, dph_method_shsss, dph_method_thickness;
+extern const struct dph_method dph_method_lambert, dph_method_shsss, dph_method_thickness,
+    dph_method_green, dph_method_green_gauss;
 
 #endif

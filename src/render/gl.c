@@ -310,7 +310,9 @@ void dph_set_vec(struct dph_program *program, const char *name, int components, 
     GLint location = locate(program, name);
     if (location < 0)
         return;
-    if (components == 3)
+    if (components == 2)
+        glUniform2fv(location, count, value);
+    else if (components == 3)
         glUniform3fv(location, count, value);
     else
         glUniform4fv(location, count, value);

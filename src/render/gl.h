@@ -28,7 +28,7 @@ void dph_program_finish(struct dph_program *program);
  * over. */
 void dph_set_int(struct dph_program *program, const char *name, int value);
 void dph_set_float(struct dph_program *program, const char *name, float value);
-/* `components` 3 or 4 */
+/* `components` 2 to 4 */
 void dph_set_vec(struct dph_program *program, const char *name, int components, int count,
                  const float *value);
 /* `side` 3 or 4, column-major */

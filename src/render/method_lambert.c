@@ -16,5 +16,6 @@ const struct dph_method dph_method_lambert = {
     .name = "lambert",
     .title = "Lambert",
     .paper = "J. H. Lambert, Photometria, 1760",
+    .local_lights = true,
     .draw = &(const struct dph_method_draw){.draw = draw_lambert},
 };

@@ -22,5 +22,6 @@ const struct dph_method dph_method_shsss = {
     .title = "Spherical harmonics based subsurface scattering",
     .paper = "A. Tomaszewska, K. Stefanowski, ICIAR 2012",
     .needs_thickness = true,
+    .local_lights = true,
     .draw = &(const struct dph_method_draw){.draw = draw_shsss},
 };

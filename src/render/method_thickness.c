@@ -24,5 +24,6 @@ const struct dph_method dph_method_thickness = {
     .paper = "A. Tomaszewska, K. Stefanowski, ICIAR 2012",
     .needs_thickness = true,
     .quantity = true,
+    .local_lights = true,
     .draw = &(const struct dph_method_draw){.draw = draw_thickness},
 };

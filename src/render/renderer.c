@@ -11,6 +11,7 @@
 #include "render/draw.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -28,6 +29,8 @@ struct dph_frame dph_frame_defaults(void)
         .height = 800,
         .window = DPH_WINDOW_NONE,
         .samples = 4,
+        .map_size = 1024,
+        .blur_mm = -1,
     };
     dph_light_direction(150, 30, frame.light[0].to_light);
     for (int c = 0; c < 3; c++)
@@ -77,6 +80,7 @@ void dph_renderer_destroy(struct dph_renderer *renderer)
     for (size_t i = 0; i < renderer->scene->nbody; i++)
         dph_gpu_body_finish(&renderer->body[i]);
     dph_target_finish(&renderer->target);
+    dph_green_destroy(renderer->green);
     while (renderer->variants) {
         struct dph_variant *next = renderer->variants->next;
         dph_program_finish(&renderer->variants->program);
@@ -111,6 +115,47 @@ static void make_camera(struct dph_draw *draw)
     draw->clip[14] = (float)(-2 * far * near / (far - near));
 }
 
+static bool takes_lights(const struct dph_method *method, const struct dph_frame *frame)
+{
+    for (int i = 0; i < frame->nlight; i++)
+        if (frame->light[i].kind != DPH_LIGHT_DISTANT && !method->local_lights)
+            return false;
+    return true;
+}
+
+bool dph_frame_check_lights(const struct dph_frame *frame, struct dph_error *err)
+{
+    char names[256] = "";
+    size_t length = 0;
+    const struct dph_method *method;
+    if (frame->nlight < 1 || frame->nlight > DPH_MAX_LIGHTS)
+        return dph_fail(err, DPH_ERROR_ARGUMENT, "%d lights: 1 to %d are drawn", frame->nlight,
+                        DPH_MAX_LIGHTS);
+    if (takes_lights(frame->method, frame))
+        return true;
+    for (size_t i = 0; (method = dph_method_at(i)); i++)
+        if (takes_lights(method, frame) && length < sizeof names)
+            length += (size_t)snprintf(names + length, sizeof names - length, "%s%s",
+                                       length ? ", " : "", method->name);
+    return dph_fail(
+        err, DPH_ERROR_ARGUMENT,
+        "method %s knows light from far away only; these take point and spot lights: %s",
+        frame->method->name, names);
+}
+
+/* Finite numbers where they count, so that no matrix is built of others. */
+static bool check_light(const struct dph_light *light, int i, struct dph_error *err)
+{
+    double sum = light->angle;
+    for (int k = 0; k < 3; k++)
+        sum += fabs(light->to_light[k]) + fabs(light->irradiance[k]) + fabs(light->position[k]);
+    bool ok = isfinite(sum) && light->angle >= 0 && light->angle <= 90;
+    if (ok && light->kind == DPH_LIGHT_SPOT)
+        ok = light->angle > 0 && light->angle < 90 &&
+             (light->to_light[0] != 0 || light->to_light[1] != 0 || light->to_light[2] != 0);
+    return ok || dph_fail(err, DPH_ERROR_ARGUMENT, "light %d: a number is out of range", i);
+}
+
 /* Checks a frame and fills what methods need of it. */
 static bool begin(struct dph_draw *draw, struct dph_renderer *renderer,
                   const struct dph_frame *frame, struct dph_error *err)
@@ -118,9 +163,16 @@ static bool begin(struct dph_draw *draw, struct dph_renderer *renderer,
     const struct dph_camera *camera = &frame->camera;
     if (!frame->method)
         return dph_fail(err, DPH_ERROR_ARGUMENT, "a frame needs a method");
-    if (frame->nlight < 1 || frame->nlight > DPH_MAX_LIGHTS)
-        return dph_fail(err, DPH_ERROR_ARGUMENT, "%d lights: 1 to %d are drawn", frame->nlight,
-                        DPH_MAX_LIGHTS);
+    if (!dph_frame_check_lights(frame, err))
+        return false;
+    for (int i = 0; i < frame->nlight; i++)
+        if (!check_light(&frame->light[i], i, err))
+            return false;
+    if (frame->map_size < 16 || frame->map_size > 8192 || frame->map_size & (frame->map_size - 1))
+        return dph_fail(err, DPH_ERROR_ARGUMENT, "maps of %d texels: a power of two, 16 to 8192",
+                        frame->map_size);
+    if (isnan(frame->blur_mm))
+        return dph_fail(err, DPH_ERROR_ARGUMENT, "a blur of %g mm", frame->blur_mm);
     if (!(camera->distance > 0 && camera->distance <= 1e6) || !isfinite(camera->azimuth) ||
         !isfinite(camera->elevation))
         return dph_fail(err, DPH_ERROR_ARGUMENT, "camera at azimuth %g, elevation %g, distance %g",
@@ -195,6 +247,8 @@ bool dph_renderer_draw(struct dph_renderer *renderer, const struct dph_frame *fr
         return dph_fail(err, DPH_ERROR_ARGUMENT, "a frame of %d x %d for an image of %d x %d",
                         frame->width, frame->height, image->width, image->height);
     dph_gl_drain();
+    if (frame->method->draw->prepare && !frame->method->draw->prepare(&draw, err))
+        return false;
     int tile_width = frame->width < TILE ? frame->width : TILE;
     int tile_height = frame->height < TILE ? frame->height : TILE;
     if (!dph_target_fit(&renderer->target, tile_width, tile_height, frame->samples, err))
@@ -229,7 +283,8 @@ bool dph_renderer_thickness(struct dph_renderer *renderer, const struct dph_fram
     memset(thickness, 0, mesh->nvert * sizeof *thickness);
     if (!gpu->count)
         return true;
-    if (!gpu->vectors)
+    const struct dph_method_draw *how = frame->method->draw;
+    if (!gpu->vectors && !how->probe)
         return dph_fail(err, DPH_ERROR_ARGUMENT, "body %zu is not baked", placed->body);
     dph_gl_drain();
     /* nothing is drawn, but without a window GL wants a framebuffer all the same */
@@ -238,8 +293,11 @@ bool dph_renderer_thickness(struct dph_renderer *renderer, const struct dph_fram
     struct dph_frame one = *frame;
     one.nlight = 1;
     draw.frame = &one;
-    struct dph_program *program =
-        dph_draw_program(renderer, "body.vert", NULL, "v_thickness", 1, gpu->vectors, err);
+    if (how->probe && how->prepare && !how->prepare(&draw, err))
+        return false;
+    int vectors = how->probe ? 0 : gpu->vectors;
+    struct dph_program *program = dph_draw_program(renderer, how->probe ? how->probe : "body.vert",
+                                                   NULL, "v_thickness", &one, vectors, err);
     float *row = program ? dph_alloc(gpu->nvert, sizeof *row) : NULL;
     if (!row)
         return program && dph_fail_memory(err);
@@ -250,7 +308,9 @@ bool dph_renderer_thickness(struct dph_renderer *renderer, const struct dph_fram
     glBufferData(GL_TRANSFORM_FEEDBACK_BUFFER, bytes, NULL, GL_STREAM_READ);
     glBindFramebuffer(GL_FRAMEBUFFER, renderer->target.frame);
     glUseProgram(program->id);
-    dph_draw_place(&draw, program, placed, gpu->vectors);
+    dph_draw_place(&draw, program, placed, vectors);
+    if (how->probe_uniforms)
+        how->probe_uniforms(&draw, program);
     glBindVertexArray(gpu->array);
     glEnable(GL_RASTERIZER_DISCARD);
     glBeginTransformFeedback(GL_POINTS);
@@ -268,4 +328,25 @@ bool dph_renderer_thickness(struct dph_renderer *renderer, const struct dph_fram
         thickness[gpu->expanded ? mesh->index[r] : r] = row[r];
     free(row);
     return dph_program_check(program, "thickness read back", err);
+}
+
+bool dph_renderer_cost(struct dph_renderer *renderer, const struct dph_frame *frame,
+                       struct dph_cost *cost, struct dph_error *err)
+{
+    struct dph_draw draw;
+    double bytes = 0, vertices = 0;
+    if (!begin(&draw, renderer, frame, err))
+        return false;
+    *cost = (struct dph_cost){.passes = 1};
+    for (size_t i = 0; i < renderer->scene->nbody; i++) {
+        const struct dph_thickness *t = renderer->scene->body[i].thickness;
+        double nvert = (double)renderer->scene->body[i].mesh.nvert;
+        vertices += nvert;
+        if (frame->method->needs_thickness && t)
+            bytes += nvert * renderer->body[i].vectors * 4 * (double)dph_store_size(t->store);
+    }
+    cost->bytes_per_vertex = vertices > 0 ? bytes / vertices : 0;
+    if (frame->method->draw->cost)
+        frame->method->draw->cost(&draw, cost);
+    return true;
 }

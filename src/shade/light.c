@@ -11,10 +11,11 @@
 #include <math.h>
 #include <string.h>
 
+#define DEGREE (3.14159265358979323846 / 180)
+
 void dph_light_direction(double azimuth, double elevation, double direction[3])
 {
-    const double degree = 3.14159265358979323846 / 180;
-    double a = azimuth * degree, e = elevation * degree;
+    double a = azimuth * DEGREE, e = elevation * DEGREE;
     direction[0] = cos(e) * sin(a);
     direction[1] = sin(e);
     direction[2] = cos(e) * cos(a);
@@ -73,6 +74,52 @@ static bool solve(const float matrix[16], const double v[3], double out[3])
     return true;
 }
 
+void dph_light_at(const struct dph_light *light, const double point[3], struct dph_light *out)
+{
+    struct dph_light at = *light;
+    if (light->kind != DPH_LIGHT_DISTANT) {
+        double square = 0, axis[3], unit[3], share = 1;
+        for (int k = 0; k < 3; k++) {
+            unit[k] = light->position[k] - point[k];
+            square += unit[k] * unit[k];
+            axis[k] = light->to_light[k];
+        }
+        at = (struct dph_light){.kind = DPH_LIGHT_DISTANT};
+        if (square > 0 && normalise(unit)) {
+            if (light->kind == DPH_LIGHT_SPOT) {
+                double dark = cos(light->angle * DEGREE), full = cos(.9 * light->angle * DEGREE);
+                double cosine = normalise(axis)
+                                    ? axis[0] * unit[0] + axis[1] * unit[1] + axis[2] * unit[2]
+                                    : -1;
+                double t = fmin(fmax((cosine - dark) / (full - dark), 0), 1);
+                share = t * t * (3 - 2 * t);
+            }
+            for (int k = 0; k < 3; k++) {
+                at.to_light[k] = unit[k];
+                at.irradiance[k] = light->irradiance[k] * share / square;
+            }
+        }
+    }
+    *out = at;
+}
+
+/* Mean of a function of degree l that is rotationally symmetric over a disc of half-angle `angle`
+ * around its axis, over its value there: the mean of P_l over the disc, (P_l-1(c) - P_l+1(c)) /
+ * ((2l + 1)(1 - c)) with c the cosine of the angle. */
+static double disc_mean(int l, double angle)
+{
+    double c = cos(angle * DEGREE), before = 1, p = 1, after = c;
+    if (l == 0 || !(1 - c > 1e-12))
+        return 1;
+    for (int k = 0; k < l; k++) { /* P_l-1, P_l, P_l+1 */
+        double next = ((2 * k + 3) * c * after - (k + 1) * p) / (k + 2);
+        before = p;
+        p = after;
+        after = next;
+    }
+    return (before - after) / ((2 * l + 1) * (1 - c));
+}
+
 void dph_light_constants(const struct dph_light *light, const struct dph_thickness *thickness,
                          const float matrix[16], double mm_per_unit, int bands,
                          enum dph_window window, struct dph_light_constants *out)
@@ -103,7 +150,8 @@ void dph_light_constants(const struct dph_light *light, const struct dph_thickne
         return;
     dph_sh_eval(used, object, value);
     for (int l = 0; l < used; l++) {
-        double weight = factor * (double)thickness->scale[l] * dph_sh_window(window, l, used);
+        double weight = factor * (double)thickness->scale[l] * dph_sh_window(window, l, used) *
+                        disc_mean(l, light->angle);
         for (int i = l * l; i < (l + 1) * (l + 1); i++)
             out->sh[i / 4][i % 4] = (float)(value[i] * weight);
     }

@@ -31,7 +31,7 @@ cmp baked.png unbaked.png || fail "baked beforehand and in memory differ"
 expect 0 render box.glb -o again.png $small -q
 cmp baked.png again.png || fail "two runs differ"
 
-for method in lambert shsss thickness; do
+for method in lambert shsss green green-gauss thickness; do
     expect 0 render box.glb -o "$method.png" $small --method $method -q
 done
 cmp -s lambert.png shsss.png && fail "lambert and shsss draw the same"
@@ -56,6 +56,24 @@ different --ambient 0.2
 different --rim 0.5
 different --specular 0.5 --light 10,20
 different --window hann
+different --light-angle 40
+different --point-light 2,2,-2
+different --point-light 2,2,-2 --point-light 0,3,0,5,0,0
+different --spot-light 3,3,-3,0,0,0,8
+expect 0 render box.glb -o green.png $small -q --method green-gauss
+different --method green-gauss
+different --method green-gauss --map-size 16
+cmp -s green.png other.png && fail "--map-size changes nothing"
+different --method green-gauss --blur-mm 9
+cmp -s green.png other.png && fail "--blur-mm changes nothing"
+expect 0 render box.glb -o green.png $small --method green --light 10,20 --point-light 2,2,-2 --json
+field '.passes == 3 and .table_bytes > 0 and .bytes_per_vertex > 0 and .lights == 2'
+expect 1 render box.glb -o no.png --map-size 1000
+expect 1 render box.glb -o no.png --point-light 1,2
+expect 1 render box.glb -o no.png --spot-light 1,2,3,1,2,3,20
+expect 1 render box.glb -o no.png --spot-light 1,2,3,0,0,0,90
+expect 1 render box.glb -o no.png --light-angle 91
+[ ! -e no.png ] || fail "a picture from bad lights"
 expect 0 render box.glb -o same.png $small -q --light 150,30
 cmp baked.png same.png || fail "the default light is not 150,30"
 
