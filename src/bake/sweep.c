@@ -177,7 +177,7 @@ struct dph_sweep *dph_sweep_create(const float *position, size_t npos, const uin
     sweep->x = dph_alloc_aligned(sweep->padded, sizeof(float));
     sweep->y = dph_alloc_aligned(sweep->padded, sizeof(float));
     sweep->z = dph_alloc_aligned(sweep->padded, sizeof(float));
-    sweep->corner = dph_alloc((ntri + 7) & ~(size_t)7, 3 * sizeof *sweep->corner);
+    sweep->corner = dph_alloc_aligned((ntri + 7) & ~(size_t)7, 3 * sizeof *sweep->corner);
     if (!sweep->order || !sweep->x || !sweep->y || !sweep->z || !sweep->corner ||
         !order_positions(sweep) || !order_triangles(sweep, index, ntri))
         goto error;
@@ -212,16 +212,18 @@ struct dph_sweep_scratch *dph_sweep_scratch_create(const struct dph_sweep *sweep
     if (!scratch)
         goto error;
     size_t slots = sweep->padded + 8; /* runs of eight may begin at the last slot */
-    /* columns * rows <= npos * CELLS + columns + rows + 1, and neither exceeds npos * ASPECT + 1; a margin of rows beyond */
-    size_t cells = (size_t)((double)sweep->npos *
-                            (DPH_SWEEP_CELLS + (DPH_SWEEP_ROWS + 2) * DPH_SWEEP_ASPECT)) + 64;
+    /* columns * rows <= npos * CELLS + columns + rows + 1, columns <= npos * ASPECT + 1, rows <= npos / ASPECT + 1; the last strip may
+     * be half empty; and `to` of the fast loop looks beyond the last row by a few rows and the width of the box */
+    size_t cells = (size_t)(2.0 * (double)sweep->npos * (DPH_SWEEP_CELLS + DPH_SWEEP_ASPECT + 1)) +
+                   ((DPH_SWEEP_ROWS + 2) << DPH_SWEEP_STRIP) + 64;
+    cells += (size_t)(DPH_SWEEP_ASPECT * (float)sweep->npos);
     scratch->rotated = dph_alloc_aligned(sweep->padded, 4 * sizeof(float));
     scratch->cell = dph_alloc_aligned(sweep->padded, sizeof *scratch->cell);
-    scratch->start = dph_alloc(cells, sizeof *scratch->start);
+    scratch->start = dph_alloc_aligned(cells, sizeof *scratch->start);
     scratch->sx = dph_alloc_aligned(slots, sizeof(float));
     scratch->sy = dph_alloc_aligned(slots, sizeof(float));
     scratch->sz = dph_alloc_aligned(slots, sizeof(float));
-    scratch->position_of = dph_alloc(slots, sizeof *scratch->position_of);
+    scratch->position_of = dph_alloc_aligned(slots, sizeof *scratch->position_of);
     scratch->plus = dph_alloc_aligned(slots, sizeof(float));
     scratch->minus = dph_alloc_aligned(slots, sizeof(float));
     scratch->nearest_plus = dph_alloc_aligned(slots, sizeof(float));

@@ -32,6 +32,7 @@ struct dph_sweep_block {
     int32_t odd[BLOCK];                    /* -1 where sorting by y turned the corners' order, else 0 */
     int32_t steep[BLOCK];                  /* -1 where depth needs double precision, else 0         */
     int32_t column0[BLOCK], column1[BLOCK], row0[BLOCK], row1[BLOCK]; /* cells that the box covers  */
+    int32_t cell[BLOCK];                   /* the first of them                                     */
     uint64_t item[ITEMS];                  /* see pack_item                                         */
     /* Items with a crossing: bit i for slot + i. */
     struct hit {
@@ -83,6 +84,13 @@ static inline void store_i8(int32_t *p, dph_i8 v)
     memcpy(p, &v, sizeof v);
 }
 
+/* Numbers of cells. */
+static inline dph_i8 cell_of(const struct dph_sweep_grid *grid, dph_i8 column, dph_i8 row)
+{
+    dph_i8 strip = column >> grid->shift;
+    return ((strip * grid->rows + row) << grid->shift) + (column - (strip << grid->shift));
+}
+
 /* Positions into the direction's frame, counting-sorted into the grid. */
 static void project(const struct dph_sweep *sweep, struct dph_sweep_scratch *scratch,
                     const struct dph_sweep_frame *frame)
@@ -108,26 +116,28 @@ static void project(const struct dph_sweep *sweep, struct dph_sweep_scratch *scr
         left = fminf(left, x_min[i]), right = fmaxf(right, x_max[i]);
         bottom = fminf(bottom, y_min[i]), top = fmaxf(top, y_max[i]);
     }
-    /* Flat boxes must not get more cells than dph_sweep_scratch_create made room for. */
+    /* Flat boxes must not get more cells than dph_sweep_scratch_create made room for, nor large meshes more than can be numbered. */
     float width = right - left + 1e-5f, height = top - bottom + 1e-5f;
-    float side = sqrtf(width * height / ((float)npos * DPH_SWEEP_CELLS));
+    float side = sqrtf(width * height / fminf((float)npos * DPH_SWEEP_CELLS, 2.5e8f));
     float least = fmaxf(width, height) / (float)npos;
     side = side > least ? side : least;
-    struct dph_sweep_grid *grid = &scratch->grid;
-    grid->per_x = DPH_SWEEP_ASPECT / side;
-    grid->per_y = 1 / (side * DPH_SWEEP_ASPECT);
-    grid->left = left;
-    grid->bottom = bottom;
-    grid->columns = (int)(width * grid->per_x) + 1;
-    grid->rows = (int)(height * grid->per_y) + 1;
+    struct dph_sweep_grid grid = {.left = left, .bottom = bottom};
+    grid.per_x = DPH_SWEEP_ASPECT / side;
+    grid.per_y = 1 / (side * DPH_SWEEP_ASPECT);
+    grid.columns = (int)(width * grid.per_x) + 1;
+    grid.rows = (int)(height * grid.per_y) + 1;
+    while (grid.shift < DPH_SWEEP_STRIP && 1 << grid.shift < grid.columns)
+        grid.shift++;
+    scratch->grid = grid;
 
     uint32_t *start = scratch->start, *cell = scratch->cell;
-    size_t cells = (size_t)grid->columns * (size_t)grid->rows;
+    size_t strips = (size_t)((grid.columns - 1) >> grid.shift) + 1;
+    size_t cells = strips * (size_t)grid.rows << grid.shift;
     memset(start, 0, (cells + 2) * sizeof *start);
     for (size_t i = 0; i < npos; i += 8) {
-        dph_i8 column = __builtin_convertvector((dph_f8_load(rx + i) - left) * grid->per_x, dph_i8);
-        dph_i8 row = __builtin_convertvector((dph_f8_load(ry + i) - bottom) * grid->per_y, dph_i8);
-        store_i8((int32_t *)cell + i, row * grid->columns + column);
+        dph_i8 column = __builtin_convertvector((dph_f8_load(rx + i) - left) * grid.per_x, dph_i8);
+        dph_i8 row = __builtin_convertvector((dph_f8_load(ry + i) - bottom) * grid.per_y, dph_i8);
+        store_i8((int32_t *)cell + i, cell_of(&grid, column, row));
     }
     for (size_t i = 0; i < npos; i++)
         start[cell[i] + 2]++;
@@ -236,10 +246,13 @@ static inline void prepare(struct dph_sweep_block *block, int i, const float *ro
 
     dph_f8 from = max8((x_min - 1e-6f - grid->left) * grid->per_x, dph_f8_set(0));
     dph_f8 to = (x_max - grid->left) * grid->per_x;
-    store_i8(block->column0 + i, __builtin_convertvector(from, dph_i8));
+    dph_i8 column0 = __builtin_convertvector(from, dph_i8);
+    dph_i8 row0 = __builtin_convertvector((a[1] - grid->bottom) * grid->per_y, dph_i8);
+    store_i8(block->column0 + i, column0);
     store_i8(block->column1 + i, __builtin_convertvector(to, dph_i8));
-    store_i8(block->row0 + i, __builtin_convertvector((a[1] - grid->bottom) * grid->per_y, dph_i8));
+    store_i8(block->row0 + i, row0);
     store_i8(block->row1 + i, __builtin_convertvector((c[1] - grid->bottom) * grid->per_y, dph_i8));
+    store_i8(block->cell + i, cell_of(grid, column0, row0));
 }
 
 /* Neighbouring slots to be tested against a triangle, the first eight of them. */
@@ -404,29 +417,38 @@ static void test_items(const struct dph_sweep *sweep, struct dph_sweep_scratch *
     add_hits(sweep, scratch, frame, definition, find_hits(scratch->block, scratch, items));
 }
 
-/* Lists the runs of slots that a large triangle covers, and tests the list whenever it is full. Returns its new length. */
+/* Lists the runs of slots that a large triangle covers, or one in several strips, and tests the list whenever it is full. Returns its
+ * new length. */
 static __attribute__((noinline)) int list_large(const struct dph_sweep *sweep,
                                                 struct dph_sweep_scratch *scratch,
                                                 const struct dph_sweep_frame *frame,
                                                 enum dph_definition definition, int t, int items)
 {
     struct dph_sweep_block *block = scratch->block;
-    size_t columns = (size_t)scratch->grid.columns;
-    const uint32_t *start = scratch->start + (size_t)block->row0[t] * columns;
-    int rows = block->row1[t] - block->row0[t] + 1;
-    for (int row = 0; row < rows; row += 8) {
+    const struct dph_sweep_grid *grid = &scratch->grid;
+    int row0 = block->row0[t], rows = block->row1[t] - row0 + 1, shift = grid->shift;
+    bool small = rows <= DPH_SWEEP_ROWS && block->column1[t] - block->column0[t] < 16;
+    for (int row = 0; row < rows; row++) {
         int32_t column0[8], column1[8];
-        clip_to_rows(block, &scratch->grid, t, block->row0[t] + row, column0, column1);
-        int lasts = rows - row < 8 ? rows - row : 8;
-        for (int i = 0; i < lasts; i++, start += columns) {
-            uint32_t end = start[column1[i] + 1];
-            for (uint32_t slot = start[column0[i]]; slot < end; slot += 8) {
+        if (small)
+            column0[row] = block->column0[t], column1[row] = block->column1[t];
+        else if (row % 8 == 0)
+            clip_to_rows(block, grid, t, row0 + row, column0, column1);
+        int from = column0[row % 8], to = column1[row % 8];
+        while (from <= to) { /* a run a strip */
+            int strip = from >> shift, last = ((strip + 1) << shift) - 1;
+            last = last < to ? last : to;
+            const uint32_t *start = scratch->start +
+                                    (((size_t)strip * (size_t)grid->rows + (size_t)(row0 + row)) << shift);
+            uint32_t end = start[last - (strip << shift) + 1];
+            for (uint32_t slot = start[from - (strip << shift)]; slot < end; slot += 8) {
                 block->item[items++] = pack_item(slot, t, end - slot < 8 ? end - slot : 8);
                 if (items == ITEMS) {
                     test_items(sweep, scratch, frame, definition, items);
                     items = 0;
                 }
             }
+            from = last + 1;
         }
     }
     return items;
@@ -437,7 +459,8 @@ static void cross(const struct dph_sweep *sweep, struct dph_sweep_scratch *scrat
                   const struct dph_sweep_frame *frame, enum dph_definition definition)
 {
     struct dph_sweep_block *block = scratch->block;
-    size_t columns = (size_t)scratch->grid.columns;
+    int shift = scratch->grid.shift;
+    size_t next_row = (size_t)1 << shift;
     for (size_t first = 0; first < sweep->ntri; first += BLOCK) {
         int count = sweep->ntri - first < BLOCK ? (int)(sweep->ntri - first) : BLOCK;
         for (int i = 0; i < count; i += 8)
@@ -447,19 +470,20 @@ static void cross(const struct dph_sweep *sweep, struct dph_sweep_scratch *scrat
         for (int t = 0; t < count; t++) {
             /* A run a row of cells. Nearly always there are few rows and short runs: write what could be wanted, count what is, and
              * there is no branch to be guessed wrong. */
-            const uint32_t *row = scratch->start + (size_t)block->row0[t] * columns;
-            size_t from = (size_t)block->column0[t], to = (size_t)block->column1[t] + 1;
+            const uint32_t *from = scratch->start + block->cell[t];
+            const uint32_t *to = from + (block->column1[t] - block->column0[t]) + 1;
             uint32_t rows = (uint32_t)(block->row1[t] - block->row0[t]) + 1, longest = 0;
             uint64_t *item = block->item + items, *end = item;
-            for (uint32_t r = 0; r < DPH_SWEEP_ROWS; r++, row += columns) {
-                uint32_t slot = row[from], slots = (row[to] - slot) & -(uint32_t)(r < rows);
+            bool one_strip = block->column0[t] >> shift == block->column1[t] >> shift;
+            for (uint32_t r = 0; r < DPH_SWEEP_ROWS; r++, from += next_row, to += next_row) {
+                uint32_t slot = *from, slots = (*to - slot) & -(uint32_t)(r < rows);
                 *end = pack_item(slot, t, slots & 0xffff);
                 end += slots != 0;
                 *end = pack_item(slot + 8, t, (slots - 8) & 0xffff);
                 end += slots > 8;
                 longest = slots > longest ? slots : longest;
             }
-            if (rows <= DPH_SWEEP_ROWS && longest <= 16)
+            if (rows <= DPH_SWEEP_ROWS && longest <= 16 && one_strip)
                 items += (int)(end - item);
             else
                 items = list_large(sweep, scratch, frame, definition, t, items);

@@ -20,8 +20,8 @@ struct dph_sweep {
 
 /* The grid: cells a position over the projected positions' box (half of which is empty), and how much taller than wide the cells are,
  * as a square root. Tall cells make fewer runs, narrow ones shorter runs. */
-#define DPH_SWEEP_CELLS 5.0f
-#define DPH_SWEEP_ASPECT 2.5f
+#define DPH_SWEEP_CELLS 3.0f
+#define DPH_SWEEP_ASPECT 2.0f
 
 /* Rows of cells that nearly all triangles keep to; the grid's offsets are readable that many rows beyond its end. */
 #define DPH_SWEEP_ROWS 3
@@ -30,18 +30,22 @@ struct dph_sweep {
  * enough for its depth. */
 #define DPH_SWEEP_STEEP 40.0f
 
-/* Cells over the projected positions of one direction. */
+/* Cells over the projected positions of one direction. They are numbered strip by strip, a strip being a power of two of columns, and row by row in
+ * a strip: what is near in the projection is near in memory, and neighbouring cells of one row of a strip follow each other. */
 struct dph_sweep_grid {
     float left, bottom, per_x, per_y;
-    int columns, rows;
+    int rows, columns;
+    int shift; /* columns of a strip: 1 << shift                                                    */
 };
+
+#define DPH_SWEEP_STRIP 7 /* the largest shift */
 
 /* One direction's projection of the positions, sorted into the grid's cells row by row: a "slot" is a place in that order. */
 struct dph_sweep_scratch {
     struct dph_sweep_grid grid;
     float *rotated;         /* (padded x 4) x, y, z in the direction's frame, and the slot as bits     */
     uint32_t *cell;         /* (padded) each position's cell                                          */
-    uint32_t *start;        /* (rows * columns + 1, padded) first slot of each cell                   */
+    uint32_t *start;        /* (cells + 2, padded) first slot of each cell                            */
     float *sx, *sy, *sz;    /* (padded + 8) by slot                                                     */
     uint32_t *position_of;  /* (npos) slot -> sweep order                                             */
     /* what the hits of a slot add up to, on the +d and on the -d side */
