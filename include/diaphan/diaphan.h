@@ -5,6 +5,7 @@
 #define DIAPHAN_DIAPHAN_H
 
 #include <diaphan/bake.h>
+#include <diaphan/cpca.h>
 #include <diaphan/error.h>
 #include <diaphan/light.h>
 #include <diaphan/material.h>

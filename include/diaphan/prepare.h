@@ -8,6 +8,7 @@
 #define DIAPHAN_PREPARE_H
 
 #include <diaphan/bake.h>
+#include <diaphan/cpca.h>
 #include <diaphan/material.h>
 #include <diaphan/scene.h>
 
@@ -19,6 +20,8 @@ extern "C" {
 struct dph_scene_bake_params {
     struct dph_bake_params bake; /* `extinction` and `largest_side` are worked out here, not read */
     enum dph_store store;        /* DPH_STORE_SNORM8 */
+    struct dph_cpca_params cpca; /* DPH_STORE_CPCA; its `threads`, `portable` and progress are not
+                                  * read */
     double size_mm;              /* largest side of the scene in mm; see dph_scene_millimetres; 0 */
     const struct dph_material *material; /* weighted fit: by the light that this medium lets through
                                           * (green channel). Nullable: the size decides; NULL */
@@ -37,6 +40,8 @@ struct dph_scene_bake_report {
     double untrusted;       /* share of (position, direction) pairs with a bad hit balance */
     double seconds_sweep, seconds_project;
     double seconds_store;   /* welding and packing */
+    double error;           /* DPH_STORE_CPCA: relative error of the stored coefficients, mean over
+                             * the positions of the bodies; else 0 */
 };
 
 /* Millimetres per unit of a scene: such that its largest side is `size_mm`; for 0 what its file

@@ -25,20 +25,29 @@ enum dph_fit {
     DPH_FIT_WEIGHTED,   /* least squares that cares for directions light comes through        */
 };
 
-/* Component type of the stored coefficients: IEEE float, or signed normalized integers with one scale per band. */
-enum dph_store { DPH_STORE_FLOAT = 0, DPH_STORE_SNORM16, DPH_STORE_SNORM8 };
+/* How coefficients are stored: as IEEE floats; as signed normalized integers with one scale per band; as clustered principal components, a
+ * cluster and a few signed normalized bytes that weigh vectors of that cluster (cpca.h). */
+enum dph_store { DPH_STORE_FLOAT = 0, DPH_STORE_SNORM16, DPH_STORE_SNORM8, DPH_STORE_CPCA };
+
+/* The most vectors of a cluster that thickness is stored with. */
+#define DPH_THICKNESS_MAX_VECTORS 36
 
 /* The baked data of one body. Owns `data`. Safe to read from several threads. */
 struct dph_thickness {
     size_t nvert;
     int bands;                       /* 1 to DPH_MAX_BANDS                                       */
-    int components;                  /* per row: bands * bands rounded up to a multiple of 4, the rest are 0 */
+    int components;                  /* per row: bands * bands, or vectors, rounded up to a multiple of 4, the rest are 0 */
     enum dph_store store;
     enum dph_definition definition;
     enum dph_fit fit;
     int directions;                  /* samples a vertex, 0 where the file does not say          */
-    float scale[DPH_MAX_BANDS];      /* by band; 1 for DPH_STORE_FLOAT                           */
-    void *data;                      /* (nvert x components) float, int16_t or int8_t            */
+    float scale[DPH_MAX_BANDS];      /* by band; 1 for DPH_STORE_FLOAT and DPH_STORE_CPCA        */
+    void *data;                      /* (nvert x components) float, int16_t or int8_t; DPH_STORE_CPCA: weights, int8_t */
+    /* DPH_STORE_CPCA, else 0 and NULL. The coefficients of vertex v are row 0 of the table of its cluster plus the sum over j of
+     * weight j, after normalization, times row 1 + j. */
+    int clusters, vectors;
+    uint16_t *cluster;               /* (nvert), each < clusters                                 */
+    float *table;                    /* (clusters x (1 + vectors) x bands * bands)               */
 };
 
 /* The names that files and the command line use ("inside", "weighted", "snorm8"); NULL beyond the last. */
@@ -49,9 +58,16 @@ const char *dph_store_name(enum dph_store store);
 /* Bytes of one component. */
 size_t dph_store_size(enum dph_store store);
 
+/* What it takes: bytes of one vertex without padding; the same as a vertex stage fetches them, in attributes of a multiple of 4 bytes; bytes
+ * that all vertices share. */
+size_t dph_thickness_payload(const struct dph_thickness *thickness);
+size_t dph_thickness_fetched(const struct dph_thickness *thickness);
+size_t dph_thickness_shared(const struct dph_thickness *thickness);
+
 /* Packs rows of float coefficients. `coefficient` is (npos x bands * bands); row v of the result is row row_of[v] of it
  * (NULL: row v). The scale of a band is the largest magnitude in it over all rows that are used, so that stored values span
- * [-1, 1]. `directions`, `definition` and `fit` are left for the caller to set. NULL: DPH_ERROR_MEMORY. */
+ * [-1, 1]. `directions`, `definition` and `fit` are left for the caller to set. DPH_STORE_CPCA is made by dph_cpca_thickness
+ * instead. NULL: DPH_ERROR_MEMORY. */
 struct dph_thickness *dph_thickness_create(const float *coefficient, size_t npos, int bands,
                                            const uint32_t *row_of, size_t nvert,
                                            enum dph_store store, struct dph_error *err);

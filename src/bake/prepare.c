@@ -22,7 +22,8 @@ enum { MAX_EXPLAINED = 4 };
 
 struct dph_scene_bake_params dph_scene_bake_defaults(void)
 {
-    return (struct dph_scene_bake_params){.bake = dph_bake_defaults(), .store = DPH_STORE_SNORM8};
+    return (struct dph_scene_bake_params){
+        .bake = dph_bake_defaults(), .store = DPH_STORE_SNORM8, .cpca = dph_cpca_defaults()};
 }
 
 double dph_scene_millimetres(const struct dph_scene *scene, double size_mm)
@@ -140,6 +141,28 @@ static bool explain_open(struct dph_scene *scene, const struct open_bodies *open
     return dph_fail_memory(err);
 }
 
+/* Packs a body's coefficients, a row a distinct position. */
+static struct dph_thickness *pack(const struct dph_scene_bake_params *params, const float *coefficient,
+                                  const struct welded *welded, size_t nvert,
+                                  struct dph_scene_bake_report *total, struct dph_error *err)
+{
+    int bands = params->bake.bands;
+    if (params->store != DPH_STORE_CPCA)
+        return dph_thickness_create(coefficient, welded->npos, bands, welded->position_of, nvert,
+                                    params->store, err);
+    struct dph_cpca_params settings = params->cpca;
+    settings.threads = params->bake.threads;
+    settings.portable = params->bake.portable;
+    settings.progress = NULL;
+    struct dph_cpca *cpca = dph_cpca_create(coefficient, welded->npos, bands * bands, NULL, &settings, err);
+    struct dph_thickness *thickness =
+        cpca ? dph_cpca_thickness(cpca, bands, welded->position_of, nvert, err) : NULL;
+    if (thickness)
+        total->error += cpca->error_snorm8 * (double)welded->npos;
+    dph_cpca_destroy(cpca);
+    return thickness;
+}
+
 /* Bakes one body and adds what happened to `total`. */
 static bool bake_body(struct dph_scene *scene, size_t number,
                       const struct dph_scene_bake_params *params, double mm_per_unit,
@@ -193,8 +216,7 @@ static bool bake_body(struct dph_scene *scene, size_t number,
         goto error;
 
     start = dph_seconds();
-    thickness = dph_thickness_create(coefficient, welded.npos, bake.bands, welded.position_of,
-                                     body->mesh.nvert, params->store, err);
+    thickness = pack(params, coefficient, &welded, body->mesh.nvert, total, err);
     if (!thickness)
         goto error;
     thickness->definition = bake.definition;
@@ -257,8 +279,10 @@ bool dph_scene_bake(struct dph_scene *scene, const struct dph_scene_bake_params 
         }
     if (!explain_open(scene, &open, err))
         return false;
-    if (total.positions)
+    if (total.positions) {
         total.untrusted /= (double)total.positions;
+        total.error /= (double)total.positions;
+    }
     scene->mm_per_unit = mm_per_unit;
     if (report)
         *report = total;

@@ -29,6 +29,7 @@ static const struct {
     [DPH_STORE_FLOAT] = {"float", sizeof(float), 0},
     [DPH_STORE_SNORM16] = {"snorm16", sizeof(int16_t), 32767},
     [DPH_STORE_SNORM8] = {"snorm8", sizeof(int8_t), 127},
+    [DPH_STORE_CPCA] = {"cpca", sizeof(int8_t), 127},
 };
 
 #define COUNT(array) (sizeof(array) / sizeof(array)[0])
@@ -51,6 +52,25 @@ const char *dph_store_name(enum dph_store store)
 size_t dph_store_size(enum dph_store store)
 {
     return (size_t)store < COUNT(stores) ? stores[store].size : 0;
+}
+
+size_t dph_thickness_payload(const struct dph_thickness *thickness)
+{
+    if (thickness->store == DPH_STORE_CPCA)
+        return (size_t)thickness->vectors + (thickness->clusters <= 256 ? 1 : 2);
+    return (size_t)(thickness->bands * thickness->bands) * dph_store_size(thickness->store);
+}
+
+size_t dph_thickness_fetched(const struct dph_thickness *thickness)
+{
+    size_t row = (size_t)thickness->components * dph_store_size(thickness->store);
+    return thickness->store == DPH_STORE_CPCA ? row + 4 : row;
+}
+
+size_t dph_thickness_shared(const struct dph_thickness *thickness)
+{
+    return (size_t)thickness->clusters * (1 + (size_t)thickness->vectors) *
+           (size_t)(thickness->bands * thickness->bands) * sizeof *thickness->table;
 }
 
 /* Which of the rows some vertex uses: padding and welded leftovers must not widen a scale. */
@@ -105,7 +125,7 @@ struct dph_thickness *dph_thickness_create(const float *coefficient, size_t npos
                                            enum dph_store store, struct dph_error *err)
 {
     assert(bands >= 1 && bands <= DPH_MAX_BANDS && (row_of || nvert <= npos));
-    assert((size_t)store < COUNT(stores));
+    assert((size_t)store < COUNT(stores) && store != DPH_STORE_CPCA);
     int n = bands * bands;
     float scale[DPH_MAX_BANDS * DPH_MAX_BANDS]; /* by coefficient */
     unsigned char *used = NULL;
@@ -157,8 +177,11 @@ error:
 
 void dph_thickness_destroy(struct dph_thickness *thickness)
 {
-    if (thickness)
-        free(thickness->data);
+    if (!thickness)
+        return;
+    free(thickness->data);
+    free(thickness->cluster);
+    free(thickness->table);
     free(thickness);
 }
 
@@ -169,9 +192,26 @@ static inline float normalized(int stored, float steps)
     return value > -1 ? value : -1;
 }
 
+static void row_of_cluster(const struct dph_thickness *thickness, size_t vertex, float *coefficient)
+{
+    size_t n = (size_t)(thickness->bands * thickness->bands), vectors = (size_t)thickness->vectors;
+    const int8_t *weight = (const int8_t *)thickness->data + vertex * (size_t)thickness->components;
+    const float *row = thickness->table + thickness->cluster[vertex] * (1 + vectors) * n;
+    memcpy(coefficient, row, n * sizeof *row);
+    for (size_t j = 0; j < vectors; j++) {
+        row += n;
+        for (size_t i = 0; i < n; i++)
+            coefficient[i] += normalized(weight[j], stores[DPH_STORE_CPCA].steps) * row[i];
+    }
+}
+
 void dph_thickness_row(const struct dph_thickness *thickness, size_t vertex, float *coefficient)
 {
     assert(vertex < thickness->nvert);
+    if (thickness->store == DPH_STORE_CPCA) {
+        row_of_cluster(thickness, vertex, coefficient);
+        return;
+    }
     size_t first = vertex * (size_t)thickness->components;
     float steps = stores[thickness->store].steps;
     for (int l = 0; l < thickness->bands; l++) {
@@ -187,6 +227,8 @@ void dph_thickness_row(const struct dph_thickness *thickness, size_t vertex, flo
                 break;
             case DPH_STORE_SNORM8:
                 coefficient[i] = normalized(((const int8_t *)thickness->data)[at], steps) * scale;
+                break;
+            case DPH_STORE_CPCA:
                 break;
             }
         }
