@@ -158,7 +158,17 @@ bool dph_gltf_read_thickness(struct dph_document *doc, struct dph_body *body, si
                              size_t last, double *mm_per_unit, struct dph_error *err);
 /* Attribute names are matched without regard to case, because some tools change it. Returns the
  * name as the file has it, NULL: absent. */
+const char *dph_gltf_attribute_name(json_t *attributes, const char *name);
 const char *dph_gltf_thickness_name(json_t *attributes, int i);
+/* What all descriptions say, into `t` (all but nvert, store and data); `scaled`: with one scale a
+ * band. */
+bool dph_gltf_read_description(const struct dph_document *doc, const json_t *d, const char *place,
+                               bool scaled, struct dph_thickness *t, double *mm_per_unit,
+                               struct dph_error *err);
+
+/* gltf_cpca.c: the same for thickness stored as clustered principal components. */
+bool dph_gltf_read_cpca(struct dph_document *doc, struct dph_body *body, size_t first, size_t last,
+                        double *mm_per_unit, struct dph_error *err);
 
 /* gltf_output.c: a GLB being made. The binary chunk is a list of pieces that are written as they
  * are asked for, so that nothing is copied. */
@@ -187,6 +197,9 @@ size_t dph_gltf_put_shorts(struct dph_gltf_output *out, const uint32_t *data, si
 /* Rows first .. first + count - 1 of stored thickness, as components / 4 planes of four. */
 size_t dph_gltf_put_rows(struct dph_gltf_output *out, const struct dph_thickness *thickness,
                          size_t first, size_t count);
+/* gltf_cpca.c: the clusters of the same rows, 4 bytes apart, in the type that file-format.md names. */
+size_t dph_gltf_put_clusters(struct dph_gltf_output *out, const struct dph_thickness *thickness,
+                             size_t first, size_t count);
 /* Setting members; a failure (also a NULL value) is remembered in out->memory. */
 void dph_gltf_set(struct dph_gltf_output *out, json_t *object, const char *key, json_t *value);
 void dph_gltf_append(struct dph_gltf_output *out, json_t *array, json_t *value);
@@ -224,7 +237,7 @@ size_t dph_gltf_place(struct dph_gltf_output *out, const char *array, size_t *sl
  * last element takes their place. */
 void dph_gltf_fill_slots(struct dph_gltf_output *out, const char *array, const size_t *slot,
                          size_t nslot);
-/* "_THICKNESS_SH_" and a digit, in any case. */
+/* "_THICKNESS_SH_" or "_THICKNESS_CPCA_" and a digit, or "_THICKNESS_CLUSTER", in any case. */
 bool dph_gltf_is_thickness_name(const char *name);
 
 #endif

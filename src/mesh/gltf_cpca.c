@@ -104,7 +104,7 @@ static bool read_weights(struct dph_document *doc, const struct dph_gltf_part *p
     size_t row = (size_t)t->components, vectors = (size_t)t->vectors;
     int8_t *out = (int8_t *)t->data + part->first * row;
     for (size_t i = 0; i < row / 4; i++) {
-        snprintf(name, sizeof name, "_THICKNESS_CPCA_%zu", i);
+        snprintf(name, sizeof name, "_THICKNESS_CPCA_%d", (int)i);
         if (!open_attribute(doc, part, name, 4, &a, place, err))
             return false;
         if (a.type != DPH_GLTF_BYTE || !a.normalized)

@@ -20,13 +20,21 @@ struct use {
     unsigned char *accessor, *view; /* OLD | OTHER */
 };
 
+static bool begins(const char *name, const char *prefix)
+{
+    for (; *prefix; prefix++, name++)
+        if (tolower((unsigned char)*name) != *prefix)
+            return false;
+    return true;
+}
+
 bool dph_gltf_is_thickness_name(const char *name)
 {
-    static const char prefix[] = "_thickness_sh_";
-    for (const char *p = prefix; *p; p++, name++)
-        if (tolower((unsigned char)*name) != *p)
-            return false;
-    return isdigit((unsigned char)*name);
+    static const char sh[] = "_thickness_sh_", cpca[] = "_thickness_cpca_";
+    static const char cluster[] = "_thickness_cluster";
+    return (begins(name, sh) && isdigit((unsigned char)name[sizeof sh - 1])) ||
+           (begins(name, cpca) && isdigit((unsigned char)name[sizeof cpca - 1])) ||
+           (begins(name, cluster) && !name[sizeof cluster - 1]);
 }
 
 static void mark(unsigned char *list, size_t count, const json_t *index, unsigned char how)
@@ -49,7 +57,7 @@ static void mark_views(struct use *use, json_t *json)
         json_object_foreach(json, key, value) {
             if (!strcmp(key, "bufferView"))
                 mark(use->view, use->nview, value, OTHER);
-            else
+            else if (strcmp(key, "thickness_cpca")) /* mark_meshes knows whose table that is */
                 mark_views(use, value);
         }
 }
@@ -95,6 +103,10 @@ static void mark_meshes(struct use *use, const struct dph_scene *scene)
         json_array_foreach(json_object_get(mesh, "primitives"), p, primitive) {
             const struct dph_gltf_part *part = part_of(scene, m, p);
             bool replaced = part && scene->body[part->body].thickness;
+            json_t *diaphan = json_object_get(json_object_get(primitive, "extras"), "diaphan");
+            mark(use->view, use->nview,
+                 json_object_get(json_object_get(diaphan, "thickness_cpca"), "bufferView"),
+                 replaced ? OLD : OTHER);
             json_object_foreach(primitive, key, value) {
                 if (!strcmp(key, "attributes")) {
                     json_t *index;

@@ -20,16 +20,21 @@ static bool same_text(const char *a, const char *b)
     return *a == *b;
 }
 
-const char *dph_gltf_thickness_name(json_t *attributes, int i)
+const char *dph_gltf_attribute_name(json_t *attributes, const char *name)
 {
-    char name[32];
-    snprintf(name, sizeof name, "_THICKNESS_SH_%d", i);
     const char *key;
     json_t *value;
     json_object_foreach(attributes, key, value)
         if (same_text(key, name))
             return key;
     return NULL;
+}
+
+const char *dph_gltf_thickness_name(json_t *attributes, int i)
+{
+    char name[32];
+    snprintf(name, sizeof name, "_THICKNESS_SH_%d", i);
+    return dph_gltf_attribute_name(attributes, name);
 }
 
 /* The object extras.diaphan.thickness_sh, NULL where there is none. */
@@ -61,9 +66,9 @@ static bool find_fit(const char *text, enum dph_fit *fit)
     return false;
 }
 
-/* Reads the description into `t` (all but nvert, store and data). */
-static bool parse(const struct dph_document *doc, const json_t *d, const char *place,
-                  struct dph_thickness *t, double *mm_per_unit, struct dph_error *err)
+bool dph_gltf_read_description(const struct dph_document *doc, const json_t *d, const char *place,
+                               bool scaled, struct dph_thickness *t, double *mm_per_unit,
+                               struct dph_error *err)
 {
     size_t version, bands, directions;
     double scale[DPH_MAX_BANDS];
@@ -92,10 +97,10 @@ static bool parse(const struct dph_document *doc, const json_t *d, const char *p
                              "condon_shortley is not true, the only sign that is read");
     if (!dph_gltf_numbers(doc, d, "scale", place, bands, scale, &found, err))
         return false;
-    if (!found)
+    if (scaled && !found)
         return dph_gltf_fail(doc, place, DPH_ERROR_INPUT, err, "scale is missing");
     for (size_t l = 0; l < bands; l++) {
-        t->scale[l] = (float)scale[l];
+        t->scale[l] = scaled ? (float)scale[l] : 1;
         if (!(t->scale[l] >= 0) || !isfinite(t->scale[l]))
             return dph_gltf_fail(doc, place, DPH_ERROR_INPUT, err,
                                  "scale[%zu] is %g, not a finite number of at least 0", l,
@@ -210,7 +215,7 @@ bool dph_gltf_read_thickness(struct dph_document *doc, struct dph_body *body, si
                  part->mesh, part->primitive);
         if (!d)
             continue;
-        if (!parse(doc, d, place, &own, &unit, err))
+        if (!dph_gltf_read_description(doc, d, place, true, &own, &unit, err))
             goto error;
         if (!baked++) {
             if (!(t = malloc(sizeof *t))) {
@@ -227,7 +232,7 @@ bool dph_gltf_read_thickness(struct dph_document *doc, struct dph_body *body, si
         }
     }
     if (!baked)
-        return true;
+        return dph_gltf_read_cpca(doc, body, first, last, mm_per_unit, err);
     if (baked != last - first) {
         dph_gltf_fail(doc, "", DPH_ERROR_INPUT, err,
                       "meshes[%zu]: only %zu of its %zu triangle primitives are baked; bake the "

@@ -30,7 +30,8 @@ static json_t *view(struct dph_gltf_output *out, size_t offset, size_t size, siz
     dph_gltf_set(out, object, "byteLength", number(size));
     if (stride)
         dph_gltf_set(out, object, "byteStride", number(stride));
-    dph_gltf_set(out, object, "target", json_integer(target));
+    if (target)
+        dph_gltf_set(out, object, "target", json_integer(target));
     return object;
 }
 
@@ -49,9 +50,10 @@ static json_t *accessor(struct dph_gltf_output *out, size_t view_number, size_t 
     return object;
 }
 
-/* The object that stands in extras.diaphan.thickness_sh. */
+/* The object that stands in extras.diaphan.thickness_sh, or .thickness_cpca with the table in view
+ * `table`. */
 static json_t *describe(struct dph_gltf_output *out, const struct dph_thickness *t,
-                        double mm_per_unit)
+                        double mm_per_unit, size_t table)
 {
     json_t *d = json_object(), *scale = json_array();
     for (int l = 0; l < t->bands; l++)
@@ -60,7 +62,14 @@ static json_t *describe(struct dph_gltf_output *out, const struct dph_thickness 
     dph_gltf_set(out, d, "bands", json_integer(t->bands));
     dph_gltf_set(out, d, "order", json_string("l*(l+1)+m"));
     dph_gltf_set(out, d, "condon_shortley", json_true());
-    dph_gltf_set(out, d, "scale", scale);
+    if (t->store == DPH_STORE_CPCA) {
+        json_decref(scale);
+        dph_gltf_set(out, d, "clusters", json_integer(t->clusters));
+        dph_gltf_set(out, d, "vectors", json_integer(t->vectors));
+        dph_gltf_set(out, d, "bufferView", number(table));
+    } else {
+        dph_gltf_set(out, d, "scale", scale);
+    }
     dph_gltf_set(out, d, "definition", json_string(dph_definition_name(t->definition)));
     dph_gltf_set(out, d, "fit", json_string(dph_fit_name(t->fit)));
     if (t->directions)
@@ -81,7 +90,7 @@ struct strand {
 /* Puts `d` where it belongs. What was at home in extras already stays there; extras that are no
  * object move into a member called "extras", a member "diaphan" that is no object into one called
  * "value". */
-static void set_extras(struct dph_gltf_output *out, json_t *primitive, json_t *d)
+static void set_extras(struct dph_gltf_output *out, json_t *primitive, json_t *d, bool cpca)
 {
     json_t *old = json_incref(json_object_get(primitive, "extras"));
     json_t *extras = dph_gltf_own_object(out, primitive, "extras");
@@ -93,11 +102,12 @@ static void set_extras(struct dph_gltf_output *out, json_t *primitive, json_t *d
     if (old && !json_is_object(old))
         dph_gltf_set(out, diaphan, "value", json_incref(old));
     json_decref(old);
-    dph_gltf_set(out, diaphan, "thickness_sh", d);
+    json_object_del(diaphan, cpca ? "thickness_sh" : "thickness_cpca");
+    dph_gltf_set(out, diaphan, cpca ? "thickness_cpca" : "thickness_sh", d);
 }
 
 static void set_attributes(struct dph_gltf_output *out, json_t *primitive, const size_t *list,
-                           int count)
+                           int count, bool cpca)
 {
     json_t *attributes = dph_gltf_own_object(out, primitive, "attributes"), *value;
     const char *key;
@@ -107,7 +117,10 @@ static void set_attributes(struct dph_gltf_output *out, json_t *primitive, const
             json_object_del(attributes, key);
     for (int i = 0; i < count; i++) {
         char name[32];
-        snprintf(name, sizeof name, "_THICKNESS_SH_%d", i);
+        if (cpca && i == count - 1)
+            snprintf(name, sizeof name, "_THICKNESS_CLUSTER");
+        else
+            snprintf(name, sizeof name, "_THICKNESS_%s_%d", cpca ? "CPCA" : "SH", i);
         dph_gltf_set(out, attributes, name, number(list[i]));
     }
     /* Draco would give the vertices another order than the one that thickness is in; the plain copy
@@ -134,23 +147,33 @@ static const struct strand *twin(const struct dph_thickness *t, const struct str
         if (strand[k].position && strand[k].count == strand[i].count &&
             json_equal(strand[k].position, strand[i].position) &&
             !memcmp(data + strand[k].first * row, data + strand[i].first * row,
-                    strand[i].count * row))
+                    strand[i].count * row) &&
+            (!t->cluster || !memcmp(t->cluster + strand[k].first, t->cluster + strand[i].first,
+                                    strand[i].count * sizeof *t->cluster)))
             return &strand[k];
     return NULL;
 }
 
 /* Adds a body's thickness to its primitives: one view, components / 4 accessors a primitive, each a
- * plane of its own. */
+ * plane of its own, and one more for the clusters, which have the weights' stride of 4 bytes. */
 static bool add_thickness(struct dph_gltf_output *out, struct dph_gltf_slots *slots,
                           const struct dph_thickness *t, double mm_per_unit, struct strand *strand,
                           size_t nstrand)
 {
-    static const int type[] = {DPH_GLTF_FLOAT, DPH_GLTF_SHORT, DPH_GLTF_BYTE};
-    size_t planes = (size_t)t->components / 4, four = 4 * dph_store_size(t->store);
+    static const int type[] = {DPH_GLTF_FLOAT, DPH_GLTF_SHORT, DPH_GLTF_BYTE, DPH_GLTF_BYTE};
+    bool cpca = t->store == DPH_STORE_CPCA;
+    size_t rows = (size_t)t->components / 4, planes = rows + cpca;
+    size_t four = 4 * dph_store_size(t->store);
     size_t *list = dph_alloc(nstrand * planes, sizeof *list);
-    size_t begin = SIZE_MAX, view_number = SIZE_MAX;
+    size_t begin = SIZE_MAX, view_number = SIZE_MAX, table = SIZE_MAX;
     if (!list)
         return false;
+    if (cpca) {
+        size_t size = dph_thickness_shared(t);
+        size_t at = dph_gltf_put_bytes(out, t->table, size, 4, NULL);
+        table = dph_gltf_place(out, "bufferViews", slots->view, &slots->nview,
+                               view(out, at, size, 0, 0));
+    }
     for (size_t i = 0; i < nstrand; i++) {
         const struct strand *same = twin(t, strand, i);
         strand[i].accessor = same ? same->accessor : i * planes;
@@ -161,15 +184,23 @@ static bool add_thickness(struct dph_gltf_output *out, struct dph_gltf_slots *sl
                 view_number = dph_gltf_place(out, "bufferViews", slots->view, &slots->nview,
                                              view(out, at, 0, four, ARRAY_BUFFER));
             }
-            for (size_t k = 0; k < planes; k++)
+            for (size_t k = 0; k < rows; k++)
                 list[i * planes + k] =
                     dph_gltf_place(out, "accessors", slots->accessor, &slots->naccessor,
                                    accessor(out, view_number,
                                             at - begin + k * strand[i].count * four,
                                             type[t->store], strand[i].count, "VEC4"));
+            if (cpca) {
+                at = dph_gltf_put_clusters(out, t, strand[i].first, strand[i].count);
+                list[i * planes + rows] = dph_gltf_place(
+                    out, "accessors", slots->accessor, &slots->naccessor,
+                    accessor(out, view_number, at - begin,
+                             t->clusters <= 256 ? DPH_GLTF_UBYTE : DPH_GLTF_USHORT,
+                             strand[i].count, "SCALAR"));
+            }
         }
-        set_attributes(out, strand[i].primitive, list + strand[i].accessor, (int)planes);
-        set_extras(out, strand[i].primitive, describe(out, t, mm_per_unit));
+        set_attributes(out, strand[i].primitive, list + strand[i].accessor, (int)planes, cpca);
+        set_extras(out, strand[i].primitive, describe(out, t, mm_per_unit, table), cpca);
     }
     dph_gltf_set(out, json_array_get(json_object_get(out->root, "bufferViews"), view_number),
                  "byteLength", number(out->size - begin));
