@@ -35,6 +35,8 @@ struct settings {
 
     struct dph_bake_params bake;
     enum dph_store store;
+    struct dph_cpca_params cpca; /* clusters and vectors */
+    bool compression;            /* info */
     double size_mm; /* 0: not given */
 
     const char *material;             /* NULL: not given */
@@ -135,6 +137,17 @@ struct progress {
 void progress_begin(struct progress *progress, const struct settings *settings, const char *label);
 bool progress_step(void *progress, double fraction); /* a dph_progress */
 void progress_end(struct progress *progress);
+
+/* compression.c */
+/* What a vertex and a scene's tables take, of the body that takes most; sums of tables. */
+struct storage {
+    size_t payload, fetched, shared; /* see thickness.h */
+};
+struct storage measure_storage(const struct dph_scene *scene);
+/* Bakes with either fit and shows the error of every way to store the coefficients, as rows of
+ * `json` or, where that is NULL, a table. False: complained, *code is the exit code. */
+bool show_compression(const struct settings *settings, struct dph_scene *scene, struct json *json,
+                      int *code);
 
 /* bench_scale.c */
 /* Bakes made-up meshes of settings->size triangles; rows to `json` or, where that is NULL, a

@@ -2,17 +2,15 @@
 #include "cli.h"
 
 static const char *const takes[] = {"output", "bands",   "directions", "thickness", "fit",
-                                    "store",  "size-mm", "material",   NULL};
+                                    "store",  "clusters", "vectors", "size-mm",   "material", NULL};
 
 struct timing {
     double load, save, total;
 };
 
 static void print_json(const struct settings *settings, const struct dph_scene_bake_report *report,
-                       const struct timing *timing)
+                       const struct timing *timing, const struct storage *storage)
 {
-    size_t terms = (size_t)(settings->bake.bands * settings->bake.bands),
-           size = dph_store_size(settings->store);
     struct json json;
     emit_begin(&json, stdout);
     emit_text(&json, "input", settings->input[0]);
@@ -26,9 +24,14 @@ static void print_json(const struct settings *settings, const struct dph_scene_b
     emit_text(&json, "thickness", dph_definition_name(settings->bake.definition));
     emit_text(&json, "fit", dph_fit_name(settings->bake.fit));
     emit_text(&json, "store", dph_store_name(settings->store));
-    emit_count(&json, "bytes_per_vertex", terms * size);
-    emit_count(&json, "bytes_per_vertex_gpu", (terms + 3) / 4 * 4 * size);
-    emit_count(&json, "table_bytes", 0);
+    emit_count(&json, "bytes_per_vertex", storage->payload);
+    emit_count(&json, "bytes_per_vertex_gpu", storage->fetched);
+    emit_count(&json, "table_bytes", storage->shared);
+    if (settings->store == DPH_STORE_CPCA) {
+        emit_count(&json, "clusters", (size_t)settings->cpca.clusters);
+        emit_count(&json, "vectors", (size_t)settings->cpca.vectors);
+        emit_number(&json, "relative_error", report->error);
+    }
     emit_number(&json, "untrusted", report->untrusted);
     emit_count(&json, "threads", (size_t)report->threads);
     emit_object(&json, "seconds");
@@ -43,7 +46,7 @@ static void print_json(const struct settings *settings, const struct dph_scene_b
 }
 
 static void print_text(const struct settings *settings, const struct dph_scene_bake_report *report,
-                       const struct timing *timing)
+                       const struct timing *timing, const struct storage *storage)
 {
     char triangles[32], vertices[32], positions[32];
     int bands = settings->bake.bands;
@@ -60,8 +63,12 @@ static void print_text(const struct settings *settings, const struct dph_scene_b
            report->seconds_project, report->seconds_store, timing->save, report->threads);
     if (report->untrusted > 0.0)
         printf("%.2g %% of the samples cannot be trusted\n", 100.0 * report->untrusted);
-    printf("wrote %s: %s, %zu bytes a vertex\n", settings->output, dph_store_name(settings->store),
-           (size_t)(bands * bands) * dph_store_size(settings->store));
+    printf("wrote %s: %s, %zu bytes a vertex", settings->output, dph_store_name(settings->store),
+           storage->payload);
+    if (settings->store == DPH_STORE_CPCA)
+        printf(" and %s of tables, %.2f %% of the coefficients lost",
+               with_commas(storage->shared, triangles), 100.0 * report->error);
+    putchar('\n');
 }
 
 static int run(struct settings *settings)
@@ -94,10 +101,11 @@ static int run(struct settings *settings)
     }
     timing.save = seconds_now() - saving;
     timing.total = seconds_now() - start;
+    struct storage storage = measure_storage(scene);
     if (settings->json)
-        print_json(settings, &report, &timing);
+        print_json(settings, &report, &timing, &storage);
     else if (!settings->quiet)
-        print_text(settings, &report, &timing);
+        print_text(settings, &report, &timing, &storage);
 
 error:
     dph_scene_destroy(scene);
@@ -110,7 +118,8 @@ const struct command command_bake = {
     .usage = "INPUT -o OUTPUT.glb [options]",
     .examples = "  diaphan bake bunny.obj -o bunny.glb\n"
                 "  diaphan bake head.ply -o head.glb --material skin1 --size-mm 200\n"
-                "  diaphan bake toy.gltf -o toy.glb --bands 4 --store snorm16 --json\n",
+                "  diaphan bake toy.gltf -o toy.glb --bands 4 --store snorm16 --json\n"
+                "  diaphan bake bunny.obj -o bunny.glb --store cpca --clusters 128 --vectors 8\n",
     .notes = "The output is a glTF file that any loader opens; the coefficients are vertex "
              "attributes. From a glTF\n"
              "input everything else is kept. With --material the weighted fit cares most for what "

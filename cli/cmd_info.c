@@ -4,7 +4,8 @@
 
 #include <string.h>
 
-static const char *const takes[] = {NULL};
+static const char *const takes[] = {"compression", "bands", "directions", "thickness", "clusters",
+                                    "vectors", "size-mm", "material", NULL};
 
 /* Sums over the instances. */
 struct totals {
@@ -59,7 +60,7 @@ static void print_baked(struct json *json, const struct dph_scene *scene)
         emit_text(json, "baked", NULL);
         return;
     }
-    size_t size = dph_store_size(thickness->store);
+    struct storage storage = measure_storage(scene);
     emit_object(json, "baked");
     emit_count(json, "bodies", count);
     emit_count(json, "bands", (size_t)thickness->bands);
@@ -68,8 +69,13 @@ static void print_baked(struct json *json, const struct dph_scene *scene)
     emit_text(json, "fit", dph_fit_name(thickness->fit));
     emit_count(json, "directions", (size_t)thickness->directions);
     emit_number(json, "mm_per_unit", scene->mm_per_unit);
-    emit_count(json, "bytes_per_vertex", (size_t)(thickness->bands * thickness->bands) * size);
-    emit_count(json, "bytes_per_vertex_gpu", (size_t)thickness->components * size);
+    emit_count(json, "bytes_per_vertex", storage.payload);
+    emit_count(json, "bytes_per_vertex_gpu", storage.fetched);
+    emit_count(json, "table_bytes", storage.shared);
+    if (thickness->store == DPH_STORE_CPCA) {
+        emit_count(json, "clusters", (size_t)thickness->clusters);
+        emit_count(json, "vectors", (size_t)thickness->vectors);
+    }
     emit_array(json, "scale");
     for (int l = 0; l < thickness->bands; l++)
         emit_number(json, NULL, (double)thickness->scale[l]);
@@ -77,9 +83,10 @@ static void print_baked(struct json *json, const struct dph_scene *scene)
     emit_close(json, '}');
 }
 
-static void print_json(const struct settings *settings, const struct dph_scene *scene,
-                       const struct totals *totals)
+static int print_json(const struct settings *settings, struct dph_scene *scene,
+                      const struct totals *totals)
 {
+    int code = EXIT_DONE;
     struct json json;
     emit_begin(&json, stdout);
     emit_text(&json, "file", settings->input[0]);
@@ -103,7 +110,10 @@ static void print_json(const struct settings *settings, const struct dph_scene *
     }
     emit_close(&json, ']');
     print_baked(&json, scene);
+    if (settings->compression)
+        show_compression(settings, scene, &json, &code);
     emit_end(&json);
+    return code;
 }
 
 static void print_text(const struct settings *settings, const struct dph_scene *scene,
@@ -140,13 +150,15 @@ static void print_text(const struct settings *settings, const struct dph_scene *
         printf("  baked     no\n");
         return;
     }
-    size_t size = dph_store_size(thickness->store);
+    struct storage storage = measure_storage(scene);
     printf("  baked     %d bands, thickness %s, fit %s", thickness->bands,
            dph_definition_name(thickness->definition), dph_fit_name(thickness->fit));
     if (thickness->directions)
         printf(", %d directions", thickness->directions);
-    printf("\n  stored    %s, %zu bytes a vertex", dph_store_name(thickness->store),
-           (size_t)(thickness->bands * thickness->bands) * size);
+    printf("\n  stored    %s, %zu bytes a vertex", dph_store_name(thickness->store), storage.payload);
+    if (thickness->store == DPH_STORE_CPCA)
+        printf(" and %s of tables, %d clusters of %d vectors", with_commas(storage.shared, a),
+               thickness->clusters, thickness->vectors);
     if (count != scene->nbody)
         printf(", %zu of the %zu bodies", count, scene->nbody);
     if (settings->verbose) {
@@ -168,9 +180,11 @@ static int run(struct settings *settings)
     if (!measure(scene, &totals, &err))
         code = report_error(settings, &err);
     else if (settings->json)
-        print_json(settings, scene, &totals);
+        code = print_json(settings, scene, &totals);
     else
         print_text(settings, scene, &totals);
+    if (code == EXIT_DONE && settings->compression && !settings->json)
+        show_compression(settings, scene, NULL, &code);
     dph_scene_destroy(scene);
     return code;
 }
@@ -180,10 +194,12 @@ const struct command command_info = {
     .summary = "what a mesh or a baked file holds",
     .usage = "FILE",
     .examples = "  diaphan info bunny.obj\n"
-                "  diaphan info bunny.glb --json\n",
+                "  diaphan info bunny.glb --json\n"
+                "  diaphan info bunny.obj --compression\n",
     .notes = "A surface is closed where every edge has two triangles that run along it in opposite "
              "directions. Counts are\n"
-             "those of the scene as it is drawn, every instance of a body counted.\n",
+             "those of the scene as it is drawn, every instance of a body counted. --compression takes "
+             "as long as two bakes.\n",
     .options = takes,
     .min_inputs = 1,
     .max_inputs = 1,

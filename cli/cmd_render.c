@@ -8,7 +8,7 @@ static const char *const takes[] = {
     "camera", "fov", "exposure", "background", "resolution", "use-bands", "window", "formula",
     "specular", "rim", "ambient", "map-size", "blur-mm", "samples",
     /* of the bake in memory, where the file is not baked */
-    "bands", "directions", "thickness", "fit", "store", NULL};
+    "bands", "directions", "thickness", "fit", "store", "clusters", "vectors", NULL};
 
 /* Lights that need the scene: a point light without intensity gives the scene's centre the
  * irradiance pi. */

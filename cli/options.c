@@ -321,7 +321,7 @@ static const char *fit_name(size_t i)
 
 static const char *store_name(size_t i)
 {
-    return i <= DPH_STORE_SNORM8 ? dph_store_name((enum dph_store)i) : NULL;
+    return i <= DPH_STORE_CPCA ? dph_store_name((enum dph_store)i) : NULL;
 }
 
 static const char *window_name(size_t i)
@@ -363,8 +363,16 @@ static const struct option options[] = {
     {"fit", 0, "HOW", "weighted",
      "plain projection over the sphere, or least squares weighted by what light comes through",
      AT(bake.fit), 0, 0, fit_name, parse_choice},
-    {"store", 0, "TYPE", "snorm8", "component type of the coefficients", AT(store), 0, 0,
+    {"store", 0, "TYPE", "snorm8",
+     "component type of the coefficients; cpca: clustered principal components", AT(store), 0, 0,
      store_name, parse_choice},
+    {"clusters", 0, "N", "128", "with --store cpca: clusters of a body, 1 to 4096",
+     AT(cpca.clusters), 1, DPH_CPCA_MAX_CLUSTERS, NULL, parse_int},
+    {"vectors", 0, "N", "8", "with --store cpca: vectors of a cluster, 1 to 36, a byte a vertex each",
+     AT(cpca.vectors), 1, DPH_THICKNESS_MAX_VECTORS, NULL, parse_int},
+    {"compression", 0, NULL, NULL,
+     "bake in memory and show the error of every way to store the coefficients", AT(compression), 0,
+     0, NULL, parse_flag},
     {"size-mm", 0, "X", "the baked file's, else 25", "largest side of the whole scene in mm",
      AT(size_mm), 1e-9, 1e12, NULL, parse_real},
     /* the picture */
@@ -442,6 +450,7 @@ void settings_init(struct settings *settings, const struct command *command)
         .command = command,
         .bake = dph_bake_defaults(),
         .store = DPH_STORE_SNORM8,
+        .cpca = dph_cpca_defaults(),
         .specular = NAN,
         .rim = NAN,
         .ambient = NAN,

@@ -45,6 +45,8 @@ bool bake_scene(const struct settings *settings, struct dph_scene *scene, bool m
     params.bake = settings->bake;
     params.bake.threads = settings->threads;
     params.store = settings->store;
+    params.cpca.clusters = settings->cpca.clusters;
+    params.cpca.vectors = settings->cpca.vectors;
     params.size_mm = settings->size_mm;
     params.missing_only = missing_only;
     if (settings->material) {
