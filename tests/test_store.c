@@ -165,7 +165,7 @@ static void test_names(void **state)
     assert_string_equal(dph_fit_name(DPH_FIT_WEIGHTED), "weighted");
     assert_null(dph_fit_name((enum dph_fit)2));
     assert_string_equal(dph_store_name(DPH_STORE_SNORM16), "snorm16");
-    assert_null(dph_store_name((enum dph_store)3));
+    assert_null(dph_store_name((enum dph_store)4));
     assert_int_equal(dph_store_size(DPH_STORE_SNORM8), 1);
     assert_int_equal(dph_store_size(DPH_STORE_SNORM16), 2);
     assert_int_equal(dph_store_size(DPH_STORE_FLOAT), 4);
