@@ -35,6 +35,14 @@ layout(location = 9) in vec4 a_sh7;
 layout(location = 10) in vec4 a_sh8;
 #endif
 
+#ifdef DPH_CLUSTERED
+// coefficients are weights of the vectors of a cluster; they sum to what it lacks to its mean
+layout(location = 11) in uint a_cluster;
+// a row a cluster, 1 + DPH_VECTORS texels a light: what the light makes of the mean (in x), and of
+// four vectors each
+uniform sampler2D u_table;
+#endif
+
 uniform mat4 u_clip;   // body to clip space
 uniform mat4 u_place;  // body to positions relative to the camera
 uniform mat3 u_normal; // inverse transpose of the placement, up to a positive factor
@@ -80,7 +88,16 @@ void main()
 #if DPH_VECTORS > 8
     coefficient[8] = a_sh8;
 #endif
-    for (int i = 0; i < DPH_LIGHTS; i++)
+    for (int i = 0; i < DPH_LIGHTS; i++) {
+#ifdef DPH_CLUSTERED
+        ivec2 at = ivec2(i * (1 + DPH_VECTORS), int(a_cluster));
+        vec4 value[DPH_VECTORS];
+        for (int j = 0; j < DPH_VECTORS; j++)
+            value[j] = texelFetch(u_table, at + ivec2(1 + j, 0), 0);
+        v_thickness[i] = texelFetch(u_table, at, 0).x + dph_thickness(coefficient, value);
+#else
         v_thickness[i] = dph_thickness(coefficient, u_light[i].sh);
+#endif
+    }
 #endif
 }

@@ -2,6 +2,7 @@
 #ifndef DPH_TESTS_FABRICATE_H
 #define DPH_TESTS_FABRICATE_H
 
+#include <diaphan/cpca.h>
 #include <diaphan/scene.h>
 
 #include <math.h>
@@ -23,8 +24,21 @@ static inline bool fabricate_thickness(struct dph_scene *scene, int bands, enum 
                                          .5 * cos(p[1] * 11.3 - p[2] * 7.1 + (double)i));
             }
         dph_thickness_destroy(body->thickness);
-        body->thickness = dph_thickness_create(row, body->mesh.nvert, bands, NULL,
-                                               body->mesh.nvert, store, NULL);
+        body->thickness = NULL;
+        if (store == DPH_STORE_CPCA) {
+            struct dph_cpca_params params = dph_cpca_defaults();
+            params.clusters = bands == 5 ? 300 : 20; /* numbers of a short, of a byte */
+            params.vectors = 5;
+            params.iterations = 1;
+            struct dph_cpca *cpca =
+                dph_cpca_create(row, body->mesh.nvert, (int)n, NULL, &params, NULL);
+            if (cpca)
+                body->thickness = dph_cpca_thickness(cpca, bands, NULL, body->mesh.nvert, NULL);
+            dph_cpca_destroy(cpca);
+        } else {
+            body->thickness = dph_thickness_create(row, body->mesh.nvert, bands, NULL,
+                                                   body->mesh.nvert, store, NULL);
+        }
         free(row);
         if (!body->thickness)
             return false;

@@ -6,6 +6,7 @@
 #ifndef DPH_TESTS_RENDER_SHAPES_H
 #define DPH_TESTS_RENDER_SHAPES_H
 
+#include <diaphan/cpca.h>
 #include <diaphan/render.h>
 
 #include <math.h>
@@ -100,8 +101,19 @@ static inline struct dph_thickness *sphere_thickness(const struct dph_mesh *mesh
             for (int i = l * l; i < (l + 1) * (l + 1); i++)
                 coefficient[v * n + (size_t)i] = (float)(2 * radius * a[l] * value[i]);
     }
-    struct dph_thickness *t =
-        dph_thickness_create(coefficient, mesh->nvert, bands, NULL, mesh->nvert, store, NULL);
+    struct dph_thickness *t = NULL;
+    if (store == DPH_STORE_CPCA) {
+        struct dph_cpca_params params = dph_cpca_defaults();
+        params.clusters = 9;
+        params.vectors = 6;
+        struct dph_cpca *cpca =
+            dph_cpca_create(coefficient, mesh->nvert, (int)n, NULL, &params, NULL);
+        assert_non_null(cpca);
+        t = dph_cpca_thickness(cpca, bands, NULL, mesh->nvert, NULL);
+        dph_cpca_destroy(cpca);
+    } else {
+        t = dph_thickness_create(coefficient, mesh->nvert, bands, NULL, mesh->nvert, store, NULL);
+    }
     free(coefficient);
     assert_non_null(t);
     return t;

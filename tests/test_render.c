@@ -23,7 +23,7 @@ static void test_thickness_values(void **state)
     double inverse = sqrt(object[0] * object[0] + object[1] * object[1] + object[2] * object[2]);
     for (int k = 0; k < 3; k++)
         object[k] /= inverse; /* and |A object| = 1 / inverse */
-    for (int store = 0; store < 3; store++)
+    for (int store = DPH_STORE_FLOAT; store <= DPH_STORE_CPCA; store++)
         for (int bands = 1; bands <= 8; bands++)
             for (int use = 0; use <= 6; use += 2) {
                 struct dph_mesh mesh = make_sphere(12, 1.5, nowhere);

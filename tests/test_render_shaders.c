@@ -48,6 +48,7 @@ static void test_stages(void **state)
         int vectors;
     } stages[] = {{"body.vert", "vert", 0},     {"body.vert", "vert", 1},
                   {"body.vert", "vert", 4},     {"body.vert", "vert", 9},
+                  {"clustered.vert", "vert", 1}, {"clustered.vert", "vert", 9},
                   {"shsss.frag", "frag", 9},    {"lambert.frag", "frag", 0},
                   {"thickness.frag", "frag", 9}};
     for (size_t i = 0; i < sizeof stages / sizeof *stages; i++)

@@ -142,8 +142,9 @@ static bool explain_open(struct dph_scene *scene, const struct open_bodies *open
 }
 
 /* Packs a body's coefficients, a row a distinct position. */
-static struct dph_thickness *pack(const struct dph_scene_bake_params *params, const float *coefficient,
-                                  const struct welded *welded, size_t nvert,
+static struct dph_thickness *pack(const struct dph_scene_bake_params *params,
+                                  const float *coefficient, const struct dph_welded *welded,
+                                  size_t nvert,
                                   struct dph_scene_bake_report *total, struct dph_error *err)
 {
     int bands = params->bake.bands;
@@ -154,7 +155,8 @@ static struct dph_thickness *pack(const struct dph_scene_bake_params *params, co
     settings.threads = params->bake.threads;
     settings.portable = params->bake.portable;
     settings.progress = NULL;
-    struct dph_cpca *cpca = dph_cpca_create(coefficient, welded->npos, bands * bands, NULL, &settings, err);
+    struct dph_cpca *cpca =
+        dph_cpca_create(coefficient, welded->npos, bands * bands, NULL, &settings, err);
     struct dph_thickness *thickness =
         cpca ? dph_cpca_thickness(cpca, bands, welded->position_of, nvert, err) : NULL;
     if (thickness)

@@ -68,6 +68,8 @@ static bool upload_vertices(struct dph_gpu_body *gpu, const struct dph_mesh *mes
 static bool upload_coefficients(struct dph_gpu_body *gpu, const struct dph_mesh *mesh,
                                 const struct dph_thickness *thickness, struct dph_error *err)
 {
+    if (thickness->store == DPH_STORE_CPCA)
+        return dph_clusters_upload(gpu, mesh, thickness, err);
     size_t bytes = (size_t)thickness->components * dph_store_size(thickness->store);
     const char *data = thickness->data;
     char *expanded = NULL;
@@ -202,5 +204,7 @@ void dph_gpu_body_finish(struct dph_gpu_body *gpu)
     GLuint buffers[4] = {gpu->vertices, gpu->coefficients, gpu->indices, gpu->outward};
     glDeleteBuffers(4, buffers);
     glDeleteVertexArrays(1, &gpu->array);
+    glDeleteTextures(1, &gpu->table);
+    free(gpu->lit);
     *gpu = (struct dph_gpu_body){0};
 }

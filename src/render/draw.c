@@ -142,6 +142,12 @@ static void place_local(const struct dph_draw *draw, struct dph_program *program
     dph_set_vec(program, name[1], 2, 1, cone);
 }
 
+const char *dph_draw_vert(const struct dph_gpu_body *gpu, const char *vert)
+{
+    static const char clustered[] = "clustered.vert"; /* variants are told apart by address */
+    return gpu->table && !strcmp(vert, "body.vert") ? clustered : vert;
+}
+
 void dph_draw_place(const struct dph_draw *draw, struct dph_program *program,
                     const struct dph_instance *instance, int vectors)
 {
@@ -164,6 +170,8 @@ void dph_draw_place(const struct dph_draw *draw, struct dph_program *program,
     for (int i = 0; i < draw->frame->nlight; i++)
         local = local || draw->frame->light[i].kind != DPH_LIGHT_DISTANT;
     static const struct dph_thickness none;
+    struct dph_gpu_body *gpu = &draw->renderer->body[instance->body];
+    bool clustered = vectors && gpu->table;
     for (int i = 0; i < draw->frame->nlight; i++) {
         const struct dph_light *source = &draw->frame->light[i];
         struct dph_light seen; /* as the body's centre sees it */
@@ -175,13 +183,18 @@ void dph_draw_place(const struct dph_draw *draw, struct dph_program *program,
         dph_light_at(source, centre, &seen);
         dph_light_constants(&seen, vectors ? thickness_of(draw, instance) : &none, instance->matrix,
                             draw->mm_per_unit, draw->frame->bands, draw->frame->window, &light);
-        if (vectors)
+        if (clustered)
+            dph_clusters_light(gpu, thickness_of(draw, instance), i, draw->frame->nlight,
+                               &light);
+        else if (vectors)
             dph_set_vec(program, name[2], 4, vectors, light.sh[0]);
         if (local)
             place_local(draw, program, source, i, &light);
         dph_set_vec(program, name[0], 3, 1, light.to_light);
         dph_set_vec(program, name[1], 3, 1, light.irradiance);
     }
+    if (clustered)
+        dph_clusters_bind(gpu, thickness_of(draw, instance), draw->frame->nlight, program);
 }
 
 /* How many vec4 are worth fetching: those of the bands in use. */
@@ -189,7 +202,8 @@ static int vectors_in_use(const struct dph_draw *draw, const struct dph_gpu_body
 {
     int bands = draw->frame->bands,
         wanted = bands > 0 && bands < DPH_DRAW_BANDS ? (bands * bands + 3) / 4 : DPH_MAX_VECTORS;
-    return wanted < gpu->vectors ? wanted : gpu->vectors;
+    /* with fewer bands the weights stay, their vectors get shorter */
+    return wanted < gpu->vectors && !gpu->table ? wanted : gpu->vectors;
 }
 
 void dph_draw_body(const struct dph_gpu_body *gpu)
@@ -214,7 +228,8 @@ bool dph_draw_pass(struct dph_draw *draw, const struct dph_pass *pass, struct dp
             return dph_fail(err, DPH_ERROR_ARGUMENT, "pass %s: body %zu ('%.60s') is not baked",
                             pass->name, instance->body, scene->body[instance->body].name);
         int vectors = pass->thickness ? vectors_in_use(draw, gpu) : 0;
-        program = dph_draw_program(draw->renderer, pass->vert, pass->frag, NULL, draw->frame,
+        const char *vert = vectors ? dph_draw_vert(gpu, pass->vert) : pass->vert;
+        program = dph_draw_program(draw->renderer, vert, pass->frag, NULL, draw->frame,
                                    vectors, err);
         if (!program)
             return false;

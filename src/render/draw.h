@@ -21,7 +21,10 @@ struct dph_gpu_body {
     size_t nvert;      /* rows in the buffers                                                  */
     bool indexed;
     bool expanded;     /* row r is corner r of the triangles, not vertex r of the mesh         */
-    int vectors;       /* vec4 of coefficients bound, 0: not baked                             */
+    int vectors;       /* vec4 of coefficients (or weights) bound, 0: not baked                */
+    GLuint table;      /* DPH_STORE_CPCA: texture of what lights make of means and vectors; else 0 */
+    float *lit;        /* (clusters x lights x (1 + vectors) x 4) what goes into it, room for
+                        * DPH_MAX_LIGHTS lights                                                 */
     double origin[3];
 };
 
@@ -35,6 +38,16 @@ void dph_gpu_body_finish(struct dph_gpu_body *gpu);
  * DPH_ERROR_MEMORY, _CAPABILITY. */
 #define DPH_OUTWARD 15
 bool dph_gpu_body_outward(struct dph_gpu_body *gpu, const struct dph_body *body, struct dph_error *err);
+
+/* clusters.c: the attributes of a body stored as clustered principal components, in place of
+ * coefficients. False: DPH_ERROR_MEMORY or DPH_ERROR_CAPABILITY. */
+bool dph_clusters_upload(struct dph_gpu_body *gpu, const struct dph_mesh *mesh,
+                         const struct dph_thickness *thickness, struct dph_error *err);
+/* What light i of `lights` makes of means and vectors; once all are done, for the program in use. */
+void dph_clusters_light(struct dph_gpu_body *gpu, const struct dph_thickness *thickness, int i,
+                        int lights, const struct dph_light_constants *light);
+void dph_clusters_bind(const struct dph_gpu_body *gpu, const struct dph_thickness *thickness,
+                       int lights, struct dph_program *program);
 
 /* A multisampled linear float target and the one it is resolved to. */
 struct dph_target {
@@ -109,6 +122,9 @@ void dph_draw_body(const struct dph_gpu_body *gpu);
 struct dph_program *dph_draw_program(struct dph_renderer *renderer, const char *vert, const char *frag,
                                      const char *feedback, const struct dph_frame *frame, int vectors,
                                      struct dph_error *err);
+
+/* body.vert, or its variant where the body is stored as clustered principal components. */
+const char *dph_draw_vert(const struct dph_gpu_body *gpu, const char *vert);
 
 /* The lights and the placement of one instance; `vectors` 0: no thickness. */
 void dph_draw_place(const struct dph_draw *draw, struct dph_program *program,

@@ -296,8 +296,9 @@ bool dph_renderer_thickness(struct dph_renderer *renderer, const struct dph_fram
     if (how->probe && how->prepare && !how->prepare(&draw, err))
         return false;
     int vectors = how->probe ? 0 : gpu->vectors;
-    struct dph_program *program = dph_draw_program(renderer, how->probe ? how->probe : "body.vert",
-                                                   NULL, "v_thickness", &one, vectors, err);
+    const char *vert = how->probe ? how->probe : dph_draw_vert(gpu, "body.vert");
+    struct dph_program *program =
+        dph_draw_program(renderer, vert, NULL, "v_thickness", &one, vectors, err);
     float *row = program ? dph_alloc(gpu->nvert, sizeof *row) : NULL;
     if (!row)
         return program && dph_fail_memory(err);

@@ -11,7 +11,8 @@ int main(int argc, char **argv)
     struct dph_error err = {0};
     struct dph_scene *scene = dph_scene_load(argv[1], &err);
     enum dph_store store = !strcmp(argv[4], "float")     ? DPH_STORE_FLOAT
-                           : !strcmp(argv[4], "snorm16") ? DPH_STORE_SNORM16 : DPH_STORE_SNORM8;
+                           : !strcmp(argv[4], "snorm16") ? DPH_STORE_SNORM16
+                           : !strcmp(argv[4], "cpca")    ? DPH_STORE_CPCA : DPH_STORE_SNORM8;
     int bands = atoi(argv[3]);
     bool ok = scene && (!bands || fabricate_thickness(scene, bands, store)) &&
               dph_scene_save(scene, argv[2], &err);

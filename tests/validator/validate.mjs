@@ -112,18 +112,18 @@ makeAwkward(path.join(folder, 'pieces'), false);
 makeAwkward(path.join(folder, 'missing'), true);
 roots.push(path.join(folder, 'pieces'), path.join(folder, 'missing'));
 
-const stores = [['6', 'snorm8'], ['5', 'snorm16'], ['8', 'float']];
+const stores = [['6', 'snorm8'], ['6', 'cpca'], ['5', 'cpca'], ['5', 'snorm16'], ['8', 'float']];
 for (const root of roots)
     for (const model of models(root)) {
         const plain = /\.(obj|ply|stl)$/i.test(model);
-        for (const [bands, store] of plain ? stores.slice(0, 1) : stores) {
-            const output = path.join(folder, `${bands}.glb`), again = path.join(folder, 'again.glb');
+        for (const [bands, store] of plain ? stores.slice(0, 2) : stores) {
+            const output = path.join(folder, `${bands}${store}.glb`), again = path.join(folder, 'again.glb');
             const name = `${path.basename(model)} ${bands} bands ${store}`;
             if (!write(model, output, bands, store))
                 break;
             await check(name, model, output);
             // a second bake on top of the first, with other attributes
-            if (!plain && write(output, again, '3', 'snorm8'))
+            if (!plain && write(output, again, '3', store === 'snorm8' ? 'cpca' : 'snorm8'))
                 await check(`${name}, baked again`, model, again);
         }
     }
