@@ -343,8 +343,12 @@ bool dph_renderer_cost(struct dph_renderer *renderer, const struct dph_frame *fr
         const struct dph_thickness *t = renderer->scene->body[i].thickness;
         double nvert = (double)renderer->scene->body[i].mesh.nvert;
         vertices += nvert;
-        if (frame->method->needs_thickness && t)
-            bytes += nvert * renderer->body[i].vectors * 4 * (double)dph_store_size(t->store);
+        if (frame->method->needs_thickness && t) {
+            cost->table_bytes += dph_thickness_shared(t);
+            bytes += nvert * (t->store == DPH_STORE_CPCA
+                                  ? (double)dph_thickness_fetched(t)
+                                  : renderer->body[i].vectors * 4 * (double)dph_store_size(t->store));
+        }
     }
     cost->bytes_per_vertex = vertices > 0 ? bytes / vertices : 0;
     if (frame->method->draw->cost)
