@@ -28,7 +28,7 @@ static inline bool fabricate_thickness(struct dph_scene *scene, int bands, enum 
         if (store == DPH_STORE_CPCA) {
             struct dph_cpca_params params = dph_cpca_defaults();
             params.clusters = bands == 5 ? 300 : 20; /* numbers of a short, of a byte */
-            params.vectors = 5;
+            params.vectors = bands == 5 ? 1 : 5;
             params.iterations = 1;
             struct dph_cpca *cpca =
                 dph_cpca_create(row, body->mesh.nvert, (int)n, NULL, &params, NULL);
