@@ -60,6 +60,11 @@ bool bake_scene(const struct settings *settings, struct dph_scene *scene, bool m
     size_t before = scene->nwarning;
     bool ok = dph_scene_bake(scene, &params, report, &err);
     progress_end(&progress);
+    if (!ok && err.code == DPH_ERROR_INPUT) { /* what arrays hold is told without the file's name */
+        struct dph_error named = err;
+        snprintf(named.message, sizeof named.message, "%s: %.400s", settings->input[0], err.message);
+        err = named;
+    }
     if (!ok)
         *code = report_error(settings, &err);
     report_warnings(settings, scene, before);
