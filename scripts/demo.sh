@@ -6,8 +6,8 @@ bunny=/usr/share/glmark2/models/bunny.obj
 mkdir -p "$out"
 
 if [ -f "$bunny" ]; then
-    "$diaphan" bake "$bunny" -o "$out/bunny.glb" --material wax --size-mm 80
-    "$diaphan" render "$out/bunny.glb" -o "$out/bunny.png" --material wax --light 160,30,9,9,9 --camera 10,12,2.8
+    "$diaphan" bake "$bunny" -o "$out/bunny.glb" --material skin2 --size-mm 45
+    "$diaphan" render "$out/bunny.glb" -o "$out/bunny.png" --material skin2 --light 165,25,9,9,9 --camera 10,12,2.8
 fi
 "$diaphan" candle -o "$out/candle-bare.glb" -q
 "$diaphan" bake "$out/candle-bare.glb" -o "$out/candle.glb" --material wax --size-mm 48
