@@ -3,8 +3,8 @@
  *
  * Signals are points of a space of n dimensions. Clusters are affine subspaces, a mean and a few orthonormal vectors, and a signal belongs to
  * the one that comes nearest to it. As with k-means, two steps alternate: each signal goes to its best cluster; each
- * cluster takes the mean of its signals and the leading eigenvectors of their covariance, which is the best subspace there is. No step raises the
- * error. Where this ends depends on where it began, so it begins with the seeds of k-means++ (Arthur, Vassilvitskii 2007) from a fixed
+ * cluster takes the mean of its signals and the leading eigenvectors of their covariance, which is the best subspace there is (between the rounds a few steps towards
+ * them do, which cost less). No step raises the error. Where this ends depends on where it began, so it begins with the seeds of k-means++ (Arthur, Vassilvitskii 2007) from a fixed
  * random sequence, and the subspaces grow: no vector at first, then 1, 2, 4, ... A cluster that is left with no more signals than its
  * vectors could hold exactly is given up and set down at the signal that fares worst, with the vectors of that signal's
  * cluster: it takes one half of it.
@@ -46,6 +46,7 @@ struct work {
     double *centre;         /* (n)                                                                  */
     float *tile;            /* (ntile x n x 16) centred, scaled                                     */
     int used;               /* vectors in use                                                       */
+    bool exact;             /* eigenvectors are to be found anew, not improved                      */
     double *mean, *vector;  /* (clusters x n), (clusters x vectors x n)                             */
     float *column, *offset; /* of struct dph_cpca_model                                             */
     int32_t *cluster;       /* (ntile x 16)                                                         */
@@ -294,13 +295,23 @@ static void analyse_task(void *context, size_t c, int worker)
         for (size_t i = 0; i < n; i++)
             for (size_t j = 0; j < i; j++)
                 covariance[j * n + i] = covariance[i * n + j];
+        /* all vectors are kept up, those not yet in use, too; where there are none, eigenvectors are found anew */
+        double *own = w->vector + c * (size_t)w->vectors * n;
+        bool done = false;
 #ifdef DPH_HAVE_AVX2
-        if (avx2)
-            dph_eigen_avx2((int)n, covariance, value, vector, scratch);
+        if (avx2) {
+            done = !w->exact && dph_subspace_avx2((int)n, w->vectors, covariance, own, vector);
+            if (!done)
+                dph_eigen_avx2((int)n, covariance, value, vector, scratch);
+        }
 #endif
-        if (!avx2)
-            dph_eigen_portable((int)n, covariance, value, vector, scratch);
-        memcpy(w->vector + c * (size_t)w->vectors * n, vector, (size_t)w->used * n * sizeof *vector);
+        if (!avx2) {
+            done = !w->exact && dph_subspace_portable((int)n, w->vectors, covariance, own, vector);
+            if (!done)
+                dph_eigen_portable((int)n, covariance, value, vector, scratch);
+        }
+        if (!done)
+            memcpy(own, vector, (size_t)w->vectors * n * sizeof *vector);
     }
     place_column(w, (int)c);
 }
@@ -375,6 +386,7 @@ static bool iterate(struct work *w, struct dph_error *err)
         if (round && !moved && !(before - error > STANDSTILL * before))
             break;
     }
+    w->exact = true;
     dph_parallel(w->threads, (size_t)w->clusters, analyse_task, w);
     return true;
 }

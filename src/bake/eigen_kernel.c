@@ -13,9 +13,6 @@
 #include <float.h>
 #include <math.h>
 
-/* Declared for both processors in eigen.h; this file defines one of them. */
-#define EIGEN DPH_KERNEL(dph_eigen)
-
 static inline void add_row(int n, double factor, const double *from, double *to)
 {
     for (int i = 0; i < n; i++)
@@ -166,11 +163,50 @@ static void sort(int n, double *value, double *vector)
     }
 }
 
-void EIGEN(int n, double *a, double *value, double *vector, double *scratch)
+void DPH_KERNEL(dph_eigen)(int n, double *a, double *value, double *vector, double *scratch)
 {
     double *beside = scratch, *factor = scratch + n, *p = scratch + 2 * n;
     reduce(n, a, value, beside, factor, p);
     accumulate_reflections(n, a, factor, vector, p);
     diagonalise(n, value, beside, vector);
     sort(n, value, vector);
+}
+
+static double dot(int n, const double *a, const double *b)
+{
+    double sum = 0;
+    for (int i = 0; i < n; i++)
+        sum += a[i] * b[i];
+    return sum;
+}
+
+/* Orthogonal iteration (Golub, Van Loan, 7.3.2): products with the matrix, made orthonormal by Gram and
+ * Schmidt's method, twice against rounding. */
+bool DPH_KERNEL(dph_subspace)(int n, int rows, const double *a, double *vector, double *scratch)
+{
+    enum { STEPS = 3 };
+    for (int step = 0; step < STEPS; step++) {
+        for (int j = 0; j < rows; j++) {
+            double *to = scratch + (long)j * n, *from = vector + (long)j * n;
+            for (int i = 0; i < n; i++)
+                to[i] = 0;
+            for (int i = 0; i < n; i++)
+                add_row(n, from[i], a + (long)i * n, to);
+        }
+        for (int j = 0; j < rows; j++) {
+            double *row = scratch + (long)j * n, before = dot(n, row, row);
+            for (int pass = 0; pass < 2; pass++)
+                for (int k = 0; k < j; k++) {
+                    const double *other = vector + (long)k * n;
+                    add_row(n, -dot(n, row, other), other, row);
+                }
+            double after = dot(n, row, row);
+            if (!(after > 1e-20 * before && after > 1e-200))
+                return false;
+            double length = sqrt(after);
+            for (int i = 0; i < n; i++)
+                vector[(long)j * n + i] = row[i] / length;
+        }
+    }
+    return true;
 }
