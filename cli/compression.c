@@ -1,5 +1,6 @@
-/* diaphan info --compression: what every way of storing the coefficients takes, and what it loses. Errors are relative:
- * the root of the sum over all positions of squared differences of coefficients, over that of squares. */
+/* diaphan info --compression: what every way of storing the coefficients takes, and what it loses.
+ * Errors are relative: the root of the sum over all positions of squared differences of
+ * coefficients, over that of squares. */
 #include "cli.h"
 
 #include <math.h>

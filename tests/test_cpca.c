@@ -1,5 +1,6 @@
-/* Clustered principal components: exact where they must be, optimal where an independent decomposition says so, the same bytes
- * for any number of threads, and sound on signals without content. */
+/* Clustered principal components: exact where they must be, optimal where an independent
+ * decomposition says so, the same bytes for any number of threads, and sound on signals without
+ * content. */
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>

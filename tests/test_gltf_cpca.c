@@ -1,4 +1,5 @@
-/* Thickness as clustered principal components in glTF: written, read back, baked over, and broken on purpose. */
+/* Thickness as clustered principal components in glTF: written, read back, baked over, and broken
+ * on purpose. */
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -102,7 +103,8 @@ static long size_of(const char *where)
     return size;
 }
 
-/* One store over the other takes its place: nothing of the old one is read, and the file does not grow from bake to bake. */
+/* One store over the other takes its place: nothing of the old one is read, and the file does not
+ * grow from bake to bake. */
 static void test_bake_over(void **unused)
 {
     (void)unused;
@@ -129,7 +131,8 @@ static void test_bake_over(void **unused)
     }
 }
 
-/* Overwrites the first occurrence of `old` in the file by `new` of the same length, then expects the message. */
+/* Overwrites the first occurrence of `old` in the file by `new` of the same length, then expects
+ * the message. */
 static void expect_broken(const char *old, const char *new, const char *message)
 {
     static char data[1 << 20];

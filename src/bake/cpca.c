@@ -1,19 +1,24 @@
-/* Clustered principal component analysis (Sloan, Hall, Hart, Snyder, "Clustered Principal Components for Precomputed Radiance Transfer",
- * SIGGRAPH 2003).
+/* Clustered principal component analysis (Sloan, Hall, Hart, Snyder, "Clustered Principal
+ * Components for Precomputed Radiance Transfer", SIGGRAPH 2003).
  *
- * Signals are points of a space of n dimensions. Clusters are affine subspaces, a mean and a few orthonormal vectors, and a signal belongs to
- * the one that comes nearest to it. As with k-means, two steps alternate: each signal goes to its best cluster; each
- * cluster takes the mean of its signals and the leading eigenvectors of their covariance, which is the best subspace there is (between the rounds a few steps towards
- * them do, which cost less). No step raises the error. Where this ends depends on where it began, so it begins with the seeds of k-means++ (Arthur, Vassilvitskii 2007) from a fixed
- * random sequence, and the subspaces grow: no vector at first, then 1, 2, 4, ... A cluster that is left with no more signals than its
- * vectors could hold exactly is given up and set down at the signal that fares worst, with the vectors of that signal's
- * cluster: it takes one half of it.
+ * Signals are points of a space of n dimensions. Clusters are affine subspaces, a mean and a few
+ * orthonormal vectors, and a signal belongs to the one that comes nearest to it. As with k-means,
+ * two steps alternate: each signal goes to its best cluster; each cluster takes the mean of its
+ * signals and the leading eigenvectors of their covariance, which is the best subspace there is
+ * (between the rounds a few steps towards them do, which cost less). No step raises the error.
+ * Where this ends depends on where it began, so it begins with the seeds of k-means++ (Arthur,
+ * Vassilvitskii 2007) from a fixed random sequence, and the subspaces grow: no vector at first,
+ * then 1, 2, 4, ... A cluster that is left with no more signals than its vectors could hold
+ * exactly is given up and set down at the signal that fares worst, with the vectors of that
+ * signal's cluster: it takes one half of it.
  *
- * At the end every weight of a cluster is divided by the largest of its column, and the vector multiplied by it, so that signed normalized
- * bytes use all of their range; rounding is then far below what the missing vectors leave out.
+ * At the end every weight of a cluster is divided by the largest of its column, and the vector
+ * multiplied by it, so that signed normalized bytes use all of their range; rounding is then far
+ * below what the missing vectors leave out.
  *
- * Signals are centred as a whole, scaled by a power of two and kept in tiles of 16 (cpca_kernel.c). Signals are assigned and clusters analysed by
- * tasks that share nothing, sums over tasks are made in the order of the tasks: the number of threads changes no bit. */
+ * Signals are centred as a whole, scaled by a power of two and kept in tiles of 16
+ * (cpca_kernel.c). Signals are assigned and clusters analysed by tasks that share nothing, sums
+ * over tasks are made in the order of the tasks: the number of threads changes no bit. */
 #include <diaphan/cpca.h>
 
 #include "bake/cpca_kernel.h"
@@ -92,7 +97,8 @@ static float number(const struct work *w, size_t signal, size_t i)
     return w->tile[signal / CPCA_TILE * CPCA_TILE * w->n + i * CPCA_TILE + signal % CPCA_TILE];
 }
 
-/* Fills centre, scale, norm and the tiles. Differences from the mean that are no more than the rounding of the signals are taken for none. */
+/* Fills centre, scale, norm and the tiles. Differences from the mean that are no more than the
+ * rounding of the signals are taken for none. */
 static void fill_tiles(struct work *w)
 {
     double total = 0, largest = 0, spread = 0;
@@ -167,8 +173,8 @@ static void measure_seed(void *context, size_t task, int worker)
 
 static void place_column(struct work *w, int cluster);
 
-/* k-means++: each seed is a signal, drawn with a chance proportional to the squared distance from the seeds before. Ends early where
- * every signal is a seed. */
+/* k-means++: each seed is a signal, drawn with a chance proportional to the squared distance from
+ * the seeds before. Ends early where every signal is a seed. */
 static void seed(struct work *w)
 {
     uint64_t state = w->params->seed;
@@ -264,7 +270,8 @@ static double assign_all(struct work *w)
     return w->norm > 0 ? sqrt(sum / w->norm) : 0;
 }
 
-/* Mean and leading eigenvectors of one cluster; one whose signals count for nothing stays as it is. */
+/* Mean and leading eigenvectors of one cluster; one whose signals count for nothing stays as it
+ * is. */
 static void analyse_task(void *context, size_t c, int worker)
 {
     struct work *w = context;
@@ -316,7 +323,8 @@ static void analyse_task(void *context, size_t c, int worker)
     place_column(w, (int)c);
 }
 
-/* Gives tiny clusters a new place. A cluster that has been halved in this round is left alone. Returns how many were moved. */
+/* Gives tiny clusters a new place. A cluster that has been halved in this round is left alone.
+ * Returns how many were moved. */
 static int relocate(struct work *w)
 {
     int moved = 0;

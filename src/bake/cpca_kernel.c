@@ -1,9 +1,10 @@
-/* The two loops of CPCA in which the time goes: which cluster suits a signal best, and covariances (see bake/cpca.c).
+/* The two loops of CPCA in which the time goes: which cluster suits a signal best, and covariances
+ * (see bake/cpca.c).
  *
- * The squared error of signal x in a cluster is |x - m|^2 - sum_j ((x - m).e_j)^2
- * = |x|^2 - 2 x.m + |m|^2 - sum_j (x.e_j - m.e_j)^2: one matrix product of signals by all means and vectors, the same inner loop as that
- * of projection. Signals are centred as a whole and scaled before, so that float suffices: near ties alone are
- * decided by rounding, the same way everywhere. */
+ * The squared error of signal x in a cluster is |x - m|^2 - sum_j ((x - m).e_j)^2 = |x|^2 - 2 x.m
+ * + |m|^2 - sum_j (x.e_j - m.e_j)^2: one matrix product of signals by all means and vectors, the
+ * same inner loop as that of projection. Signals are centred as a whole and scaled before, so that
+ * float suffices: near ties alone are decided by rounding, the same way everywhere. */
 #include "bake/cpca_kernel.h"
 #include "sh/accumulate.h"
 

@@ -1,4 +1,5 @@
-/* Thickness stored as clustered principal components: bytes for the weights, the cluster's number, and the table. */
+/* Thickness stored as clustered principal components: bytes for the weights, the cluster's number,
+ * and the table. */
 #include <diaphan/cpca.h>
 
 #include "core/fail.h"

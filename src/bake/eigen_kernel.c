@@ -1,9 +1,11 @@
-/* Eigenvalues and eigenvectors of a symmetric matrix: Householder's reduction to tridiagonal form, then QL with implicit shifts
- * (Wilkinson, Reinsch, Handbook for Automatic Computation II, 1971; Golub, Van Loan, Matrix Computations, 8.3).
+/* Eigenvalues and eigenvectors of a symmetric matrix: Householder's reduction to tridiagonal form,
+ * then QL with implicit shifts (Wilkinson, Reinsch, Handbook for Automatic Computation II, 1971;
+ * Golub, Van Loan, Matrix Computations, 8.3).
  *
  * A = Q T Q^T with Q a product of reflections I - b v v^T, each of which clears a column below the
  * first subdiagonal. T is made diagonal by plane rotations, Wilkinson's shift making the last
- * off-diagonal number vanish cubically; the rotations act on Q^T, whose rows become the eigenvectors.
+ * off-diagonal number vanish cubically; the rotations act on Q^T, whose rows become the
+ * eigenvectors.
  *
  * All long loops add multiples of rows to rows, so they run as wide as the processor's registers
  * without changing the order of any sum. */
@@ -180,8 +182,8 @@ static double dot(int n, const double *a, const double *b)
     return sum;
 }
 
-/* Orthogonal iteration (Golub, Van Loan, 7.3.2): products with the matrix, made orthonormal by Gram and
- * Schmidt's method, twice against rounding. */
+/* Orthogonal iteration (Golub, Van Loan, 7.3.2): products with the matrix, made orthonormal by
+ * Gram and Schmidt's method, twice against rounding. */
 bool DPH_KERNEL(dph_subspace)(int n, int rows, const double *a, double *vector, double *scratch)
 {
     enum { STEPS = 3 };

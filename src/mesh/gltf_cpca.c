@@ -1,5 +1,6 @@
-/* glTF: baked thickness stored as clustered principal components: weights in the attributes _THICKNESS_CPCA_i, the number of the cluster in
- * _THICKNESS_CLUSTER, means and vectors in the buffer view that extras.diaphan.thickness_cpca names. Format: docs/file-format.md. */
+/* glTF: baked thickness stored as clustered principal components: weights in the attributes
+ * _THICKNESS_CPCA_i, the number of the cluster in _THICKNESS_CLUSTER, means and vectors in the
+ * buffer view that extras.diaphan.thickness_cpca names. Format: docs/file-format.md. */
 #include "mesh/gltf.h"
 
 #include "core/fail.h"

@@ -1,11 +1,11 @@
 /* Bodies stored as clustered principal components.
  *
- * A vertex has weights and the number of its cluster; its thickness towards a light is
- * m.l + sum over j of w_j e_j.l with mean m and vectors e of the cluster and the 36 values l of the
- * light. The dot products are the same for all vertices of a cluster: they are made here, for every
- * light and instance, and go to a texture with a row a cluster, from which the vertex stage
- * (clustered.vert) takes its own. So a vertex costs as many products as it has weights. Triangles may
- * mix clusters: thickness is interpolated, not weights. */
+ * A vertex has weights and the number of its cluster; its thickness towards a light is m.l + sum
+ * over j of w_j e_j.l with mean m and vectors e of the cluster and the 36 values l of the light.
+ * The dot products are the same for all vertices of a cluster: they are made here, for every light
+ * and instance, and go to a texture with a row a cluster, from which the vertex stage
+ * (clustered.vert) takes its own. So a vertex costs as many products as it has weights. Triangles
+ * may mix clusters: thickness is interpolated, not weights. */
 #include "render/draw.h"
 
 #include "core/fail.h"
