@@ -205,6 +205,11 @@ const uint32_t *dph_sweep_order(const struct dph_sweep *sweep)
     return sweep->order;
 }
 
+const uint32_t *dph_sweep_corners(const struct dph_sweep *sweep)
+{
+    return sweep->corner;
+}
+
 struct dph_sweep_scratch *dph_sweep_scratch_create(const struct dph_sweep *sweep,
                                                    struct dph_error *err)
 {
@@ -263,6 +268,8 @@ void dph_sweep_scratch_destroy(struct dph_sweep_scratch *scratch)
     free(scratch->nearest_minus);
     free(scratch->balance);
     free(scratch->own);
+    free(scratch->near_plus);
+    free(scratch->near_minus);
     free(scratch->block);
     free(scratch);
 }
@@ -279,19 +286,24 @@ static struct dph_sweep_frame make_frame(const double w[3])
     };
 }
 
-/* Clears the sums, adds all crossings of the projected direction and makes lengths of them. Returns the number of bad ones. */
+/* Clears the sums and adds all crossings of the projected direction. */
+static void add_crossings(const struct dph_sweep *sweep, struct dph_sweep_scratch *scratch,
+                          const struct dph_sweep_frame *frame, enum dph_definition definition)
+{
+    float begin = definition == DPH_THICKNESS_FIRST ? INFINITY : 0;
+    size_t slots = sweep->padded + 8;
+    for (size_t s = 0; s < slots; s++)
+        scratch->plus[s] = scratch->minus[s] = begin;
+    memset(scratch->balance, 0, slots * sizeof *scratch->balance);
+    memset(scratch->own, 0, slots * sizeof *scratch->own);
+    sweep->kernel->cross(sweep, scratch, frame, definition);
+}
+
+/* The same, and makes lengths of them. Returns the number of bad ones. */
 static size_t cross(const struct dph_sweep *sweep, struct dph_sweep_scratch *scratch,
                     const struct dph_sweep_frame *frame, enum dph_definition definition)
 {
-    size_t slots = sweep->padded + 8;
-    memset(scratch->balance, 0, slots * sizeof *scratch->balance);
-    memset(scratch->own, 0, slots * sizeof *scratch->own);
-    memset(scratch->plus, 0, slots * sizeof *scratch->plus);
-    memset(scratch->minus, 0, slots * sizeof *scratch->minus);
-    if (definition == DPH_THICKNESS_FIRST || scratch->careful)
-        for (size_t s = 0; s < slots; s++)
-            scratch->nearest_plus[s] = scratch->nearest_minus[s] = INFINITY;
-    sweep->kernel->cross(sweep, scratch, frame, definition);
+    add_crossings(sweep, scratch, frame, definition);
     return sweep->kernel->finish(sweep, scratch, definition);
 }
 
@@ -322,4 +334,52 @@ size_t dph_sweep_run(const struct dph_sweep *sweep, struct dph_sweep_scratch *sc
     for (size_t s = 0; bad_minus && s < npos; s++)
         bad_minus[scratch->position_of[s]] = scratch->balance[s] >> 1 & 1;
     return bad;
+}
+
+/* The kernel's key of the nearest crossing, whose last bit is 1 for an exit, as a signed distance. */
+static float signed_distance(float key, float unit)
+{
+    uint32_t bits;
+    memcpy(&bits, &key, sizeof bits);
+    return key < INFINITY ? (bits & 1 ? -key : key) * unit : INFINITY;
+}
+
+bool dph_sweep_nearest(const struct dph_sweep *sweep, struct dph_sweep_scratch *scratch,
+                       const double direction[3], float *plus, float *minus, int32_t *near_plus,
+                       int32_t *near_minus, struct dph_error *err)
+{
+    size_t npos = sweep->npos, slots = sweep->padded + 8;
+    if (!npos)
+        return true;
+    if (near_plus && !scratch->near_plus) {
+        int32_t *a = dph_alloc_aligned(slots, sizeof *a), *b = dph_alloc_aligned(slots, sizeof *b);
+        if (!a || !b) {
+            free(a);
+            free(b);
+            return dph_fail_memory(err);
+        }
+        scratch->near_plus = a;
+        scratch->near_minus = b;
+    }
+    for (size_t s = 0; scratch->near_plus && s < slots; s++)
+        scratch->near_plus[s] = scratch->near_minus[s] = -1;
+    const struct dph_sweep_frame frame = make_frame(direction);
+    sweep->kernel->project(sweep, scratch, &frame);
+    add_crossings(sweep, scratch, &frame, DPH_THICKNESS_FIRST);
+    float unit = (float)sweep->unit;
+    for (size_t s = 0; s < npos; s++) {
+        size_t p = scratch->position_of[s];
+        plus[p] = signed_distance(scratch->plus[s], unit);
+        minus[p] = signed_distance(scratch->minus[s], unit);
+        if (near_plus) {
+            near_plus[p] = scratch->near_plus[s];
+            near_minus[p] = scratch->near_minus[s];
+        }
+    }
+    for (size_t p = npos; p < sweep->padded; p++) {
+        plus[p] = minus[p] = INFINITY;
+        if (near_plus)
+            near_plus[p] = near_minus[p] = -1;
+    }
+    return true;
 }

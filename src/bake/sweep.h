@@ -31,4 +31,16 @@ size_t dph_sweep_run(const struct dph_sweep *sweep, struct dph_sweep_scratch *sc
                      enum dph_definition definition, const double direction[3], float *plus,
                      float *minus, uint8_t *bad_plus, uint8_t *bad_minus);
 
+/* The nearest crossing along +direction and -direction of every position, in the sweep's order: its distance in the unit of the input, positive where
+ * matter is entered there (the triangle shows its outside), negative where it is left (its inside), INFINITY where there is no crossing, so that the
+ * ray is free. (npos rounded up to a multiple of 8; the padding is free.) `near_plus`, `near_minus` (npos rounded up likewise), both
+ * or neither Nullable: the crossed triangles, in the sweep's own numbering, -1 where there is none. False: DPH_ERROR_MEMORY (only where triangles are asked
+ * for, at the scratch's first time). */
+bool dph_sweep_nearest(const struct dph_sweep *sweep, struct dph_sweep_scratch *scratch,
+                       const double direction[3], float *plus, float *minus, int32_t *near_plus,
+                       int32_t *near_minus, struct dph_error *err);
+
+/* Corners of the sweep's triangles (x 3), positions in the sweep's order. */
+const uint32_t *dph_sweep_corners(const struct dph_sweep *sweep);
+
 #endif

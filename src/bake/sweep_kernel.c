@@ -40,6 +40,7 @@ struct dph_sweep_block {
         uint16_t triangle;
         uint8_t covered, leaves; /* crossed; the crossing leaves matter along +d                   */
     } hit[ITEMS];
+    int32_t first; /* the block's first triangle                                                  */
 };
 
 static const dph_i8 lanes = {0, 1, 2, 3, 4, 5, 6, 7};

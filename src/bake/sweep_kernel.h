@@ -54,6 +54,8 @@ struct dph_sweep_scratch {
     bool careful;           /* there have been bad pairs: keep the nearest crossings along with the lengths */
     int32_t *balance;       /* (padded + 8) exits minus entries: +d in the low 16 bits, -d above         */
     int32_t *own;           /* (padded + 8) exits minus entries of the triangles around the slot's own position, of open meshes */
+    /* the triangle of the nearest crossing, where dph_sweep_nearest was asked for it; NULL until then */
+    int32_t *near_plus, *near_minus; /* (npos + 8)                                                   */
     struct dph_sweep_block *block;
 };
 
