@@ -6,13 +6,16 @@
 
 #include <diaphan/bake.h>
 #include <diaphan/cpca.h>
+#include <diaphan/environment.h>
 #include <diaphan/error.h>
 #include <diaphan/light.h>
 #include <diaphan/material.h>
 #include <diaphan/mesh.h>
+#include <diaphan/patro.h>
 #include <diaphan/prepare.h>
 #include <diaphan/scene.h>
 #include <diaphan/sh.h>
 #include <diaphan/thickness.h>
+#include <diaphan/transfer.h>
 
 #endif

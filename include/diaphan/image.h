@@ -1,4 +1,4 @@
-/* diaphan/image.h - pictures in linear float, PNG and EXR.      Tier 1.
+/* diaphan/image.h - pictures in linear float: PNG, EXR, Radiance.      Tier 1.
  *
  * Rows run from the top. Channels are linear, scene-referred; alpha is coverage. */
 #ifndef DIAPHAN_IMAGE_H
@@ -37,8 +37,8 @@ double dph_srgb_decode(double encoded);
 bool dph_image_save(const struct dph_image *image, const char *path, const struct dph_tone *tone,
                     struct dph_error *err);
 
-/* Reads .png (any depth and colour type; decoded from sRGB to linear) or .exr (R, G, B and A or Y;
- * missing alpha is 1). False: DPH_ERROR_INPUT, _LIMIT, _UNSUPPORTED, _MEMORY. */
+/* Reads .png (any depth and colour type; decoded from sRGB to linear), .exr (R, G, B and A or Y;
+ * missing alpha is 1) or .hdr (Radiance RGBE, alpha is 1), told by the content. False: DPH_ERROR_INPUT, _LIMIT, _UNSUPPORTED, _MEMORY. */
 bool dph_image_load(struct dph_image *image, const char *path, struct dph_error *err);
 
 #ifdef __cplusplus

@@ -290,12 +290,14 @@ static struct dph_sweep_frame make_frame(const double w[3])
 static void add_crossings(const struct dph_sweep *sweep, struct dph_sweep_scratch *scratch,
                           const struct dph_sweep_frame *frame, enum dph_definition definition)
 {
-    float begin = definition == DPH_THICKNESS_FIRST ? INFINITY : 0;
     size_t slots = sweep->padded + 8;
-    for (size_t s = 0; s < slots; s++)
-        scratch->plus[s] = scratch->minus[s] = begin;
     memset(scratch->balance, 0, slots * sizeof *scratch->balance);
     memset(scratch->own, 0, slots * sizeof *scratch->own);
+    memset(scratch->plus, 0, slots * sizeof *scratch->plus);
+    memset(scratch->minus, 0, slots * sizeof *scratch->minus);
+    if (definition == DPH_THICKNESS_FIRST || scratch->careful)
+        for (size_t s = 0; s < slots; s++)
+            scratch->nearest_plus[s] = scratch->nearest_minus[s] = INFINITY;
     sweep->kernel->cross(sweep, scratch, frame, definition);
 }
 
@@ -369,8 +371,8 @@ bool dph_sweep_nearest(const struct dph_sweep *sweep, struct dph_sweep_scratch *
     float unit = (float)sweep->unit;
     for (size_t s = 0; s < npos; s++) {
         size_t p = scratch->position_of[s];
-        plus[p] = signed_distance(scratch->plus[s], unit);
-        minus[p] = signed_distance(scratch->minus[s], unit);
+        plus[p] = signed_distance(scratch->nearest_plus[s], unit);
+        minus[p] = signed_distance(scratch->nearest_minus[s], unit);
         if (near_plus) {
             near_plus[p] = scratch->near_plus[s];
             near_minus[p] = scratch->near_minus[s];

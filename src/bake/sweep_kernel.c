@@ -323,12 +323,23 @@ static float steep_depth(const struct dph_sweep *sweep, const struct dph_sweep_s
     return dz <= high ? dz : high;
 }
 
-/* Keeps the nearest crossing on either side, its last bit telling an exit from an entry. */
-static inline void keep_nearest(float *plus, float *minus, dph_f8 dz, dph_i8 ahead, dph_i8 behind,
-                                dph_i8 leaves)
+/* Notes triangle `id` where its crossing is the nearest. */
+static inline void keep_triangle(int32_t *near, dph_i8 nearer, int32_t id)
 {
+    store_i8(near, (load_i8(near) & ~nearer) | (dph_i8_set(id) & nearer));
+}
+
+/* Keeps the nearest crossing on either side, its last bit telling an exit from an entry, and its triangle where that is wanted. */
+static inline void keep_nearest(struct dph_sweep_scratch *scratch, size_t s, int32_t id, dph_f8 dz,
+                                dph_i8 ahead, dph_i8 behind, dph_i8 leaves)
+{
+    float *plus = scratch->nearest_plus + s, *minus = scratch->nearest_minus + s;
     dph_i8 key = (dph_i8)dz & 0x7ffffffe;
     dph_f8 key_ahead = (dph_f8)(key | (leaves & 1)), key_behind = (dph_f8)(key | (~leaves & 1));
+    if (scratch->near_plus) {
+        keep_triangle(scratch->near_plus + s, ahead & (key_ahead < dph_f8_load(plus)), id);
+        keep_triangle(scratch->near_minus + s, behind & (key_behind < dph_f8_load(minus)), id);
+    }
     dph_f8 nearest = dph_f8_load(plus);
     dph_f8_store(plus, dph_f8_select(ahead & (key_ahead < nearest), key_ahead, nearest));
     nearest = dph_f8_load(minus);
@@ -363,7 +374,7 @@ static void add_hits(const struct dph_sweep *sweep, struct dph_sweep_scratch *sc
         balance += (sign & ahead) - ((sign & behind) << 16);
         store_i8(scratch->balance + s, balance);
         if (definition == DPH_THICKNESS_FIRST || scratch->careful)
-            keep_nearest(scratch->nearest_plus + s, scratch->nearest_minus + s, dz, ahead, behind, leaves);
+            keep_nearest(scratch, s, block->first + t, dz, ahead, behind, leaves);
         if (definition == DPH_THICKNESS_FIRST)
             continue;
         dph_f8 plus = dph_f8_load(scratch->plus + s), minus = dph_f8_load(scratch->minus + s);
@@ -464,6 +475,7 @@ static void cross(const struct dph_sweep *sweep, struct dph_sweep_scratch *scrat
     size_t next_row = (size_t)1 << shift;
     for (size_t first = 0; first < sweep->ntri; first += BLOCK) {
         int count = sweep->ntri - first < BLOCK ? (int)(sweep->ntri - first) : BLOCK;
+        block->first = (int32_t)first;
         for (int i = 0; i < count; i += 8)
             prepare(block, i, scratch->rotated, sweep->corner + 3 * (first + (size_t)i),
                     &scratch->grid, sweep->closed);

@@ -19,6 +19,8 @@ bool dph_write_png(const struct dph_image *image, const char *path, const struct
                    struct dph_error *err);
 bool dph_read_exr(struct dph_image *image, const struct dph_file *file, const char *path,
                   struct dph_error *err);
+bool dph_read_hdr(struct dph_image *image, const struct dph_file *file, const char *path,
+                  struct dph_error *err);
 bool dph_write_exr(const struct dph_image *image, const char *path, struct dph_error *err);
 
 /* Whether a picture of this size may be read from a file of `file_size` bytes, `row_bytes` a row

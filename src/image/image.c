@@ -100,8 +100,10 @@ bool dph_image_load(struct dph_image *image, const char *path, struct dph_error 
         ok = dph_read_png(image, &file, path, err);
     else if (file.size >= 4 && !memcmp(file.data, "\x76\x2f\x31\x01", 4))
         ok = dph_read_exr(image, &file, path, err);
+    else if (file.size >= 3 && (!memcmp(file.data, "#?R", 3) || !memcmp(file.data, "#?r", 3)))
+        ok = dph_read_hdr(image, &file, path, err);
     else
-        dph_fail(err, DPH_ERROR_INPUT, "%s: byte 0: neither a PNG nor an EXR file", path);
+        dph_fail(err, DPH_ERROR_INPUT, "%s: byte 0: neither a PNG nor an EXR nor a Radiance file", path);
     dph_file_finish(&file);
     return ok;
 }
