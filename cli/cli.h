@@ -9,6 +9,7 @@
 
 #include <diaphan/diaphan.h>
 #include <diaphan/render.h>
+#include <diaphan/rivals.h>
 
 #include <stdio.h>
 
@@ -46,6 +47,7 @@ struct settings {
     struct dph_camera camera;
     int nlight; /* 0: none given */
     struct dph_light light[DPH_MAX_LIGHTS];
+    const char *environment; /* NULL: none */
     double light_angle; /* degrees, of the distant ones */
     int map_size;
     double blur_mm; /* negative: the material's */
@@ -164,5 +166,12 @@ bool load_material(const struct settings *settings, const char *fallback,
  * is the exit code. */
 bool bake_scene(const struct settings *settings, struct dph_scene *scene, bool missing_only,
                 struct dph_scene_bake_report *report, int *code);
+
+/* Bakes what a method needs besides thickness, for a material. `seconds` is what it took. */
+bool bake_rivals(const struct settings *settings, struct dph_scene *scene,
+                 const struct dph_material *material, const struct dph_method *method,
+                 struct dph_rivals_report *report, int *code);
+/* Reads --env, where it is given, into the frame. */
+bool load_environment(const struct settings *settings, struct dph_frame *frame, int *code);
 
 #endif

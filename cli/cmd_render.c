@@ -4,7 +4,7 @@
 #include <string.h>
 
 static const char *const takes[] = {
-    "output", "method", "material", "size-mm", "light", "light-angle", "point-light", "spot-light",
+    "output", "method", "material", "size-mm", "light", "light-angle", "env", "point-light", "spot-light",
     "camera", "fov", "exposure", "background", "resolution", "use-bands", "window", "formula",
     "specular", "rim", "ambient", "map-size", "blur-mm", "samples",
     /* of the bake in memory, where the file is not baked */
@@ -76,8 +76,8 @@ static bool needs_bake(const struct settings *settings, const struct dph_scene *
 }
 
 static void report(const struct settings *settings, const struct dph_frame *frame,
-                   const struct dph_gl *gl, const struct dph_cost *cost, double seconds_bake,
-                   double seconds)
+                   const struct dph_gl *gl, const struct dph_cost *cost,
+                   const struct dph_rivals_report *rivals, double seconds_bake, double seconds)
 {
     if (settings->json) {
         struct json json;
@@ -96,6 +96,11 @@ static void report(const struct settings *settings, const struct dph_frame *fram
         emit_count(&json, "table_bytes", cost->table_bytes);
         emit_object(&json, "seconds");
         emit_number(&json, "bake", seconds_bake);
+        if (frame->method->needs) {
+            emit_number(&json, "normals", rivals->seconds_normals);
+            emit_number(&json, "transfer", rivals->seconds_transfer);
+            emit_number(&json, "clusters", rivals->seconds_clusters);
+        }
         emit_number(&json, "total", seconds);
         emit_close(&json, '}');
         emit_end(&json);
@@ -120,6 +125,7 @@ static int run(struct settings *settings)
     struct dph_renderer *renderer = NULL;
     struct dph_image image = {0};
     struct dph_cost cost;
+    struct dph_rivals_report rivals;
 
     if (!has_ending(settings->output, ".png") && !has_ending(settings->output, ".exr")) {
         complain(settings, "%s: the ending says the format, .png or .exr", settings->output);
@@ -133,8 +139,11 @@ static int run(struct settings *settings)
         asked.nlight = settings->nlight;
         memcpy(asked.light, settings->light, sizeof asked.light);
     }
+    asked.has_environment = settings->environment;
     if (!dph_frame_check_lights(&asked, &err))
         return report_error(settings, &err);
+    if (!load_environment(settings, &asked, &code))
+        return code;
     if (!output_possible(settings, settings->output))
         return EXIT_OUTPUT;
     double start = seconds_now(), seconds_bake = 0.0;
@@ -144,14 +153,26 @@ static int run(struct settings *settings)
         goto error;
     talk(settings, "drawing with %s", dph_gl_name(gl));
     if (needs_bake(settings, scene)) {
-        double before = seconds_now();
+        double begun = seconds_now();
         if (!bake_scene(settings, scene, true, NULL, &code))
             goto done;
-        seconds_bake = seconds_now() - before;
+        seconds_bake = seconds_now() - begun;
         talk(settings, "baked in memory in %.2f s", seconds_bake);
+    }
+    double before = seconds_now();
+    if (!bake_rivals(settings, scene, &material, settings->method, &rivals, &code))
+        goto done;
+    if (settings->method->needs) {
+        seconds_bake += seconds_now() - before;
+        talk(settings, "baked in memory: normals %.2f s, transfer %.2f s, clusters %.2f s",
+             rivals.seconds_normals, rivals.seconds_transfer, rivals.seconds_clusters);
     }
     note_bands(settings, scene);
     struct dph_frame frame = frame_of(settings, &material, scene);
+    frame.has_environment = asked.has_environment;
+    memcpy(frame.environment, asked.environment, sizeof frame.environment);
+    if (frame.has_environment && !settings->nlight) /* the only light */
+        memset(frame.light[0].irradiance, 0, sizeof frame.light[0].irradiance);
     struct dph_tone tone = {.exposure = settings->exposure};
     if (frame.method->quantity)
         tone = (struct dph_tone){.linear = true};
@@ -161,7 +182,7 @@ static int run(struct settings *settings)
         !dph_renderer_cost(renderer, &frame, &cost, &err) ||
         !dph_image_save(&image, settings->output, &tone, &err))
         goto error;
-    report(settings, &frame, gl, &cost, seconds_bake, seconds_now() - start);
+    report(settings, &frame, gl, &cost, &rivals, seconds_bake, seconds_now() - start);
     goto done;
 
 error:

@@ -1,6 +1,8 @@
 /* The steps that several commands begin with: load a scene, load a material, bake what is missing. */
 #include "cli.h"
 
+#include <diaphan/environment.h>
+
 #include <math.h>
 #include <string.h>
 
@@ -69,4 +71,49 @@ bool bake_scene(const struct settings *settings, struct dph_scene *scene, bool m
         *code = report_error(settings, &err);
     report_warnings(settings, scene, before);
     return ok;
+}
+
+bool bake_rivals(const struct settings *settings, struct dph_scene *scene,
+                 const struct dph_material *material, const struct dph_method *method,
+                 struct dph_rivals_report *report, int *code)
+{
+    struct dph_error err;
+    struct dph_rivals_params params = dph_rivals_defaults();
+    struct progress progress;
+    *report = (struct dph_rivals_report){0};
+    if (!method->needs)
+        return true;
+    params.material = material;
+    params.size_mm = settings->size_mm;
+    params.bands = settings->bake.bands < DPH_DRAW_BANDS ? settings->bake.bands : DPH_DRAW_BANDS;
+    params.directions = settings->bake.directions;
+    params.clusters = settings->cpca.clusters;
+    params.vectors = settings->cpca.vectors;
+    params.threads = settings->threads;
+    progress_begin(&progress, settings, "baking");
+    params.progress = progress_step;
+    params.progress_user = &progress;
+    bool ok = dph_scene_bake_rivals(scene, method->needs, &params, report, &err);
+    progress_end(&progress);
+    if (!ok)
+        *code = report_error(settings, &err);
+    return ok;
+}
+
+bool load_environment(const struct settings *settings, struct dph_frame *frame, int *code)
+{
+    struct dph_error err;
+    struct dph_image image = {0};
+    if (!settings->environment)
+        return true;
+    bool ok = dph_image_load(&image, settings->environment, &err) &&
+              dph_environment_project(image.pixel, image.width, image.height, 4, DPH_DRAW_BANDS,
+                                      settings->threads, frame->environment[0], &err);
+    dph_image_finish(&image);
+    if (!ok) {
+        *code = report_error(settings, &err);
+        return false;
+    }
+    frame->has_environment = true;
+    return true;
 }

@@ -515,10 +515,12 @@ const char *__lsan_default_suppressions(void)
     return "leak:_dri.so\nleak:libgallium\nleak:libEGL\nleak:libnvidia\n";
 }
 
+static struct dph_gl *gl; /* reachable for the leak checker */
+
 int main(void)
 {
     struct dph_error err;
-    struct dph_gl *gl = dph_gl_create_headless(&err);
+    gl = dph_gl_create_headless(&err);
     if (!gl) {
         printf("skipped: %s\n", err.message);
         return 77;

@@ -35,6 +35,8 @@ struct dph_method {
     bool needs_thickness;   /* bodies must be baked                                               */
     bool quantity;          /* the picture is a measured quantity, not light: save it without tone */
     bool local_lights;      /* takes point and spot lights beside distant ones                    */
+    bool environment;       /* takes surroundings                                                 */
+    unsigned needs;         /* what else bodies must have, of enum dph_product (rivals.h)         */
     const struct dph_method_draw *draw; /* private                                                */
 };
 
@@ -67,10 +69,12 @@ struct dph_frame {
     int samples;                          /* multisampling, 1 to 16, less where GL has less; 4      */
     int map_size;                         /* depth maps: texels a side, a power of two, 16 to 8192; 1024 */
     double blur_mm;                       /* green-gauss: sigma; negative: a mean free path of the material's green channel; -1 */
+    bool has_environment;                 /* false                                                 */
+    double environment[3][DPH_DRAW_BANDS * DPH_DRAW_BANDS]; /* its coefficients in the world (environment.h), by channel */
 };
 struct dph_frame dph_frame_defaults(void);
 
-/* Whether the frame's method takes the frame's lights. False: DPH_ERROR_ARGUMENT, the message names the methods that do. */
+/* Whether the frame's method takes the frame's lights and surroundings. False: DPH_ERROR_ARGUMENT, the message names the methods that do. */
 bool dph_frame_check_lights(const struct dph_frame *frame, struct dph_error *err);
 
 /* A scene's data on the GPU. The scene must outlive it and not change. */

@@ -14,6 +14,9 @@
 extern "C" {
 #endif
 
+struct dph_rivals; /* diaphan/rivals.h */
+void dph_rivals_destroy(struct dph_rivals *rivals); /* accepts NULL */
+
 /* One body, in its own space and unit. For a glTF mesh `mesh` is the concatenation, in file order,
  * of its triangle primitives' vertices, row for row (so that attributes can be written back), and
  * of their triangles. normal is NULL where the file has none and the format says flat (glTF); other
@@ -22,6 +25,7 @@ struct dph_body {
     char *name;                      /* never NULL, may be empty                             */
     struct dph_mesh mesh;
     struct dph_thickness *thickness; /* (mesh.nvert rows). Nullable: not baked               */
+    struct dph_rivals *rivals;       /* what other methods need. Nullable: not baked         */
 };
 
 /* A body in the scene: world = matrix * body space. */

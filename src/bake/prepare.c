@@ -3,6 +3,7 @@
  * packed with one row a vertex. */
 #include <diaphan/prepare.h>
 
+#include "bake/prepare.h"
 #include "bake/welded.h"
 #include "core/clock.h"
 #include "core/fail.h"
@@ -38,9 +39,7 @@ double dph_scene_millimetres(const struct dph_scene *scene, double size_mm)
     return size > 0.0 && isfinite(ratio) && ratio > 0.0 ? ratio : 1.0;
 }
 
-/* How much longer a body's unit is in the scene than in its own space: the cube root of the
- * determinant, of the largest instance. */
-static double body_scale(const struct dph_scene *scene, size_t body)
+double dph_scene_body_scale(const struct dph_scene *scene, size_t body)
 {
     double largest = 0.0;
     for (size_t i = 0; i < scene->ninstance; i++) {
@@ -189,7 +188,7 @@ static bool bake_body(struct dph_scene *scene, size_t number,
         return false;
     total->seconds_store += dph_seconds() - start;
 
-    double scale = body_scale(scene, number);
+    double scale = dph_scene_body_scale(scene, number);
     bake.largest_side = dph_scene_size(scene) / scale;
     bake.extinction = 0.0;
     if (params->material) {

@@ -321,6 +321,7 @@ void dph_scene_destroy(struct dph_scene *scene)
         free(scene->body[i].name);
         dph_mesh_finish(&scene->body[i].mesh);
         dph_thickness_destroy(scene->body[i].thickness);
+        dph_rivals_destroy(scene->body[i].rivals);
     }
     for (size_t i = 0; i < scene->nwarning; i++)
         free(scene->warning[i]);

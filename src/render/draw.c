@@ -208,7 +208,12 @@ static int vectors_in_use(const struct dph_draw *draw, const struct dph_gpu_body
 
 void dph_draw_body(const struct dph_gpu_body *gpu)
 {
-    glBindVertexArray(gpu->array);
+    dph_draw_arrays(gpu, gpu->array);
+}
+
+void dph_draw_arrays(const struct dph_gpu_body *gpu, GLuint array)
+{
+    glBindVertexArray(array);
     if (gpu->indexed)
         glDrawElements(GL_TRIANGLES, gpu->count, GL_UNSIGNED_INT, NULL);
     else

@@ -76,6 +76,7 @@ struct dph_variant {
 };
 
 struct dph_green; /* the depth maps of method_green.c */
+struct dph_rival; /* buffers of rival.c */
 
 struct dph_renderer {
     const struct dph_scene *scene;
@@ -83,6 +84,7 @@ struct dph_renderer {
     struct dph_target target;
     struct dph_variant *variants;
     struct dph_green *green;   /* Nullable: not drawn yet                                     */
+    struct dph_rival *rival;   /* Nullable: not drawn yet                                     */
     double centre[3], radius;  /* of the scene's bounding box; radius > 0                     */
 };
 
@@ -114,8 +116,9 @@ bool dph_draw_pass(struct dph_draw *draw, const struct dph_pass *pass, struct dp
 double dph_draw_matrices(const struct dph_renderer *renderer, const struct dph_instance *instance,
                          const double from[3], const float view[16], float place[16], float clip[16],
                          float normal[9]);
-/* One draw call, with the program in use. */
+/* One draw call, with the program in use; with another array of the same rows in place of the body's own. */
 void dph_draw_body(const struct dph_gpu_body *gpu);
+void dph_draw_arrays(const struct dph_gpu_body *gpu, GLuint array);
 
 /* The program of a pass, compiled at its first use and kept by the renderer. NULL: as
  * dph_program_init. */
@@ -147,9 +150,12 @@ struct dph_method_draw {
 
 /* Frees the depth maps; accepts NULL. */
 void dph_green_destroy(struct dph_green *green);
+/* Frees what the rivals have of `nbody` bodies; accepts NULL. */
+void dph_rival_destroy(struct dph_rival *rival, size_t nbody);
 
 /* The rows of the table, each in its own file. */
 extern const struct dph_method dph_method_lambert, dph_method_shsss, dph_method_thickness,
-    dph_method_green, dph_method_green_gauss;
+    dph_method_green, dph_method_green_gauss, dph_method_prt, dph_method_prt_cpca,
+    dph_method_patro;
 
 #endif

@@ -81,6 +81,7 @@ void dph_renderer_destroy(struct dph_renderer *renderer)
         dph_gpu_body_finish(&renderer->body[i]);
     dph_target_finish(&renderer->target);
     dph_green_destroy(renderer->green);
+    dph_rival_destroy(renderer->rival, renderer->scene->nbody);
     while (renderer->variants) {
         struct dph_variant *next = renderer->variants->next;
         dph_program_finish(&renderer->variants->program);
@@ -120,7 +121,7 @@ static bool takes_lights(const struct dph_method *method, const struct dph_frame
     for (int i = 0; i < frame->nlight; i++)
         if (frame->light[i].kind != DPH_LIGHT_DISTANT && !method->local_lights)
             return false;
-    return true;
+    return method->environment || !frame->has_environment;
 }
 
 bool dph_frame_check_lights(const struct dph_frame *frame, struct dph_error *err)
@@ -137,10 +138,10 @@ bool dph_frame_check_lights(const struct dph_frame *frame, struct dph_error *err
         if (takes_lights(method, frame) && length < sizeof names)
             length += (size_t)snprintf(names + length, sizeof names - length, "%s%s",
                                        length ? ", " : "", method->name);
-    return dph_fail(
-        err, DPH_ERROR_ARGUMENT,
-        "method %s knows light from far away only; these take point and spot lights: %s",
-        frame->method->name, names);
+    bool local = !frame->has_environment || frame->method->environment;
+    return dph_fail(err, DPH_ERROR_ARGUMENT, "method %s cannot be lit by %s; these can: %s",
+                    frame->method->name, local ? "point and spot lights" : "surroundings",
+                    length ? names : "none");
 }
 
 /* Finite numbers where they count, so that no matrix is built of others. */
@@ -173,6 +174,9 @@ static bool begin(struct dph_draw *draw, struct dph_renderer *renderer,
                         frame->map_size);
     if (isnan(frame->blur_mm))
         return dph_fail(err, DPH_ERROR_ARGUMENT, "a blur of %g mm", frame->blur_mm);
+    for (int i = 0; frame->has_environment && i < 3 * DPH_DRAW_BANDS * DPH_DRAW_BANDS; i++)
+        if (!isfinite(frame->environment[i % 3][i / 3]))
+            return dph_fail(err, DPH_ERROR_ARGUMENT, "surroundings whose light is not a number");
     if (!(camera->distance > 0 && camera->distance <= 1e6) || !isfinite(camera->azimuth) ||
         !isfinite(camera->elevation))
         return dph_fail(err, DPH_ERROR_ARGUMENT, "camera at azimuth %g, elevation %g, distance %g",

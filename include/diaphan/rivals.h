@@ -1,0 +1,62 @@
+/* diaphan/rivals.h - what the methods that stand beside SHSSS precompute, a scene at a time.      Tier 2.
+ *
+ * Each is baked in memory for one material and one size: transfer vectors and their compression, and changed normals.
+ * Drawing (render.h) takes them from the scene's bodies. */
+#ifndef DIAPHAN_RIVALS_H
+#define DIAPHAN_RIVALS_H
+
+#include <diaphan/cpca.h>
+#include <diaphan/material.h>
+#include <diaphan/scene.h>
+#include <diaphan/transfer.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* What a method needs of every body, to be combined. */
+enum dph_product {
+    DPH_PRODUCT_THICKNESS = 1, /* dph_scene_bake (prepare.h)                                      */
+    DPH_PRODUCT_NORMALS = 2,   /* changed normals                                                 */
+    DPH_PRODUCT_TRANSFER = 4,  /* transfer vectors                                                */
+    DPH_PRODUCT_CLUSTERS = 8,  /* these, compressed                                               */
+};
+
+/* The data of one body. Owns its arrays. */
+struct dph_rivals {
+    float *normal;                /* (nvert x 3), not of unit length. Nullable                    */
+    struct dph_transfer transfer; /* of radiance, 3 channels; npos 0: none                        */
+    struct dph_cpca *clusters;    /* of the rows of `transfer`. Nullable                          */
+};
+
+/* struct dph_rivals_params p = dph_rivals_defaults(); `material` has to be set. */
+struct dph_rivals_params {
+    const struct dph_material *material;
+    double size_mm;  /* largest side of the scene in mm; 0: as dph_scene_millimetres says; 0       */
+    int bands;       /* of transfer vectors, 1 to DPH_DRAW_BANDS; 6                                */
+    int directions;  /* 1024                                                                      */
+    int clusters;    /* 1 to DPH_CPCA_MAX_CLUSTERS; 128                                           */
+    int vectors;     /* a cluster, 1 to 36; 8                                                     */
+    int threads;     /* 0: as many as there are processors; 0                                      */
+    dph_progress *progress; /* Nullable; NULL                                                      */
+    void *progress_user;
+};
+
+struct dph_rivals_params dph_rivals_defaults(void);
+
+/* What happened, summed over the bodies. */
+struct dph_rivals_report {
+    double seconds_normals, seconds_transfer, seconds_clusters;
+    double error;    /* of the compression, relative, with weights of 8 bits; mean over the positions */
+};
+
+/* Bakes what is asked for, thickness left out, and replaces what there was. Sets the scene's mm_per_unit. A body without triangles is passed
+ * over. `report` is Nullable. False: errors as dph_transfer_bake and dph_cpca_create; bodies baked until then keep what they have. */
+bool dph_scene_bake_rivals(struct dph_scene *scene, unsigned products,
+                           const struct dph_rivals_params *params, struct dph_rivals_report *report,
+                           struct dph_error *err);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,17 @@
+// prt.frag - interpolated radiance; only here it is cut off at 0. A highlight is not in the transfer
+// vectors and comes from the lights themselves.
+#include "surface.glsl"
+
+centroid in vec3 v_radiance;
+
+uniform DphMaterial u_material;
+
+void main()
+{
+    vec3 radiance = max(v_radiance, 0.0) + dph_ambient(u_material);
+    if (u_material.specular > 0.0)
+        for (int i = 0; i < DPH_LIGHTS; i++)
+            radiance += u_light[i].irradiance * dph_specular(u_material, surface_normal(),
+                                                             u_light[i].to_light, surface_to_eye());
+    o_color = vec4(radiance, 1.0);
+}
