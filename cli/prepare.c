@@ -1,4 +1,5 @@
-/* The steps that several commands begin with: load a scene, load a material, bake what is missing. */
+/* The steps that several commands begin with: load a scene, load a material, bake what is missing.
+ */
 #include "cli.h"
 
 #include <diaphan/environment.h>
@@ -64,7 +65,8 @@ bool bake_scene(const struct settings *settings, struct dph_scene *scene, bool m
     progress_end(&progress);
     if (!ok && err.code == DPH_ERROR_INPUT) { /* what arrays hold is told without the file's name */
         struct dph_error named = err;
-        snprintf(named.message, sizeof named.message, "%s: %.400s", settings->input[0], err.message);
+        snprintf(named.message, sizeof named.message, "%s: %.400s", settings->input[0],
+                 err.message);
         err = named;
     }
     if (!ok)

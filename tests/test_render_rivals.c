@@ -46,7 +46,8 @@ static struct dph_scene *transfer_scene(int bands)
     return scene;
 }
 
-/* The clamped cosine in so many bands, over pi: what a facing white surface of irradiance 1 reflects is near 1/pi. */
+/* The clamped cosine in so many bands, over pi: what a facing white surface of irradiance 1
+ * reflects is near 1/pi. */
 static double band_limited(int bands, double mu)
 {
     double sum = 0, before = 1, p = mu;
@@ -62,8 +63,8 @@ static double band_limited(int bands, double mu)
     return fmax(sum, 0) / PI;
 }
 
-/* The cosine between the light and the sphere's normal that pixel (x, y) of a picture of side `side` sees; false: it sees
- * none, or its rim. */
+/* The cosine between the light and the sphere's normal that pixel (x, y) of a picture of side
+ * `side` sees; false: it sees none, or its rim. */
 static bool cosine_at(int x, int y, int side, const double to_light[3], double *mu)
 {
     double scale = tan(35 * PI / 360) / (side / 2.0), eye = 3 * sqrt(3);
@@ -108,8 +109,8 @@ static void test_transfer(void **state)
                     for (int c = 0; c < 3; c++) {
                         double want = band_limited(bands, mu) * (1 + c) / (1 << c);
                         if (!(fabs((double)pixel_at(&image, x, y)[c] - want) < .01))
-                            fail_msg("%d bands, turn %zu, mu %g, channel %d: %g, not %g", bands, turn,
-                                     mu, c, (double)pixel_at(&image, x, y)[c], want);
+                            fail_msg("%d bands, turn %zu, mu %g, channel %d: %g, not %g", bands,
+                                     turn, mu, c, (double)pixel_at(&image, x, y)[c], want);
                     }
                 }
             assert_true(judged > 300);
@@ -118,8 +119,8 @@ static void test_transfer(void **state)
         }
 }
 
-/* Lights and surroundings are one vector: even surroundings of radiance 1 make white white, surroundings that are a light's
- * coefficients make its picture, and lights add up. */
+/* Lights and surroundings are one vector: even surroundings of radiance 1 make white white,
+ * surroundings that are a light's coefficients make its picture, and lights add up. */
 static void test_linear(void **state)
 {
     (void)state;
@@ -159,7 +160,8 @@ static void test_linear(void **state)
     dph_scene_destroy(scene);
 }
 
-/* Compressed with vectors to spare it draws what the vectors themselves do; the weights' bytes cost a little. */
+/* Compressed with vectors to spare it draws what the vectors themselves do; the weights' bytes cost
+ * a little. */
 static void test_clusters(void **state)
 {
     (void)state;
@@ -199,7 +201,8 @@ static void test_clusters(void **state)
     }
 }
 
-/* The model's own normals draw what lambert does, shorter ones are darker, and from behind all is black. */
+/* The model's own normals draw what lambert does, shorter ones are darker, and from behind all is
+ * black. */
 static void test_patro(void **state)
 {
     (void)state;
@@ -244,13 +247,15 @@ static void test_bake(void **state)
     params.size_mm = 8;
     params.directions = 128;
     params.clusters = 8;
-    if (!dph_scene_bake_rivals(scene, DPH_PRODUCT_NORMALS | DPH_PRODUCT_CLUSTERS, &params, &report, &err))
+    if (!dph_scene_bake_rivals(scene, DPH_PRODUCT_NORMALS | DPH_PRODUCT_CLUSTERS, &params, &report,
+                               &err))
         fail_msg("%s", err.message);
     frame.mm_per_unit = 0;
     assert_float_equal(scene->mm_per_unit, 4, 1e-6);
     assert_true(report.seconds_transfer > 0 && report.seconds_clusters > 0 && report.error < .2);
     const struct dph_mesh *mesh = &scene->body[0].mesh;
-    for (size_t v = 0; v < mesh->nvert; v++) { /* on a sphere the mean normal is the normal, shorter */
+    for (size_t v = 0; v < mesh->nvert;
+         v++) { /* on a sphere the mean normal is the normal, shorter */
         double dot = 0, square = 0;
         for (size_t k = 0; k < 3; k++) {
             double n = (double)scene->body[0].rivals->normal[3 * v + k];

@@ -16,7 +16,8 @@
 
 struct dph_rivals_params dph_rivals_defaults(void)
 {
-    return (struct dph_rivals_params){.bands = 6, .directions = 1024, .clusters = 128, .vectors = 8};
+    return (struct dph_rivals_params){
+        .bands = 6, .directions = 1024, .clusters = 128, .vectors = 8};
 }
 
 void dph_rivals_destroy(struct dph_rivals *rivals)

@@ -184,8 +184,7 @@ void dph_draw_place(const struct dph_draw *draw, struct dph_program *program,
         dph_light_constants(&seen, vectors ? thickness_of(draw, instance) : &none, instance->matrix,
                             draw->mm_per_unit, draw->frame->bands, draw->frame->window, &light);
         if (clustered)
-            dph_clusters_light(gpu, thickness_of(draw, instance), i, draw->frame->nlight,
-                               &light);
+            dph_clusters_light(gpu, thickness_of(draw, instance), i, draw->frame->nlight, &light);
         else if (vectors)
             dph_set_vec(program, name[2], 4, vectors, light.sh[0]);
         if (local)
@@ -234,8 +233,8 @@ bool dph_draw_pass(struct dph_draw *draw, const struct dph_pass *pass, struct dp
                             pass->name, instance->body, scene->body[instance->body].name);
         int vectors = pass->thickness ? vectors_in_use(draw, gpu) : 0;
         const char *vert = vectors ? dph_draw_vert(gpu, pass->vert) : pass->vert;
-        program = dph_draw_program(draw->renderer, vert, pass->frag, NULL, draw->frame,
-                                   vectors, err);
+        program =
+            dph_draw_program(draw->renderer, vert, pass->frag, NULL, draw->frame, vectors, err);
         if (!program)
             return false;
         if (program != used) {

@@ -1,9 +1,9 @@
 /* patro: changed normals, the plain shader.
  *
- * After Patro 2007 as Tomaszewska and Stefanowski describe it: the model's normals are replaced by means
- * of the normals around, as far as light scatters (diaphan/patro.h), and nothing else changes. A mean of
- * normals that disagree is short, and its length is kept: it lowers the contrast. The highlight
- * takes the changed normal, too. No light comes through a body. */
+ * After Patro 2007 as Tomaszewska and Stefanowski describe it: the model's normals are replaced by
+ * means of the normals around, as far as light scatters (diaphan/patro.h), and nothing else
+ * changes. A mean of normals that disagree is short, and its length is kept: it lowers the
+ * contrast. The highlight takes the changed normal, too. No light comes through a body. */
 #include "render/rival.h"
 
 #include "core/fail.h"

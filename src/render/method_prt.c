@@ -1,10 +1,11 @@
 /* prt: precomputed radiance transfer of a translucent body, uncompressed.
  *
- * P.-P. Sloan, J. Kautz, J. Snyder, "Precomputed radiance transfer for real-time rendering in dynamic,
- * low-frequency lighting environments", SIGGRAPH 2002; translucency as in P.-P. Sloan, J. Hall, J. Hart,
- * J. Snyder, "Clustered principal components for precomputed radiance transfer", SIGGRAPH 2003, with the
- * dipole of Jensen et al. The bake (diaphan/transfer.h) leaves 3 channels of bands squared floats a
- * position; more than attributes hold, so they lie in a buffer texture and a vertex knows its row. */
+ * P.-P. Sloan, J. Kautz, J. Snyder, "Precomputed radiance transfer for real-time rendering in
+ * dynamic, low-frequency lighting environments", SIGGRAPH 2002; translucency as in P.-P. Sloan, J.
+ * Hall, J. Hart, J. Snyder, "Clustered principal components for precomputed radiance transfer",
+ * SIGGRAPH 2003, with the dipole of Jensen et al. The bake (diaphan/transfer.h) leaves 3 channels
+ * of bands squared floats a position; more than attributes hold, so they lie in a buffer texture
+ * and a vertex knows its row. */
 #include "render/rival.h"
 
 #include "core/fail.h"
@@ -24,7 +25,8 @@ static bool make(struct dph_rival_body *prt, const struct dph_gpu_body *gpu,
                  const struct dph_body *body, struct dph_error *err)
 {
     const struct dph_transfer *transfer = &body->rivals->transfer;
-    size_t n = (size_t)(transfer->bands * transfer->bands), texels = 3 * (size_t)texels_of(transfer);
+    size_t n = (size_t)(transfer->bands * transfer->bands),
+           texels = 3 * (size_t)texels_of(transfer);
     GLint most = 0;
     glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &most);
     if (transfer->npos > (size_t)most / texels)
@@ -78,9 +80,11 @@ static bool draw_prt(struct dph_draw *draw, struct dph_error *err)
         if (!gpu->count)
             continue;
         if (!body->rivals || !body->rivals->transfer.npos)
-            return dph_fail(err, DPH_ERROR_ARGUMENT, "pass prt: body %zu ('%.60s') has no transfer vectors",
-                            instance->body, body->name);
-        struct dph_rival_body *prt = dph_rival_body(renderer, DPH_RIVAL_PRT, instance->body, make, err);
+            return dph_fail(err, DPH_ERROR_ARGUMENT,
+                            "pass prt: body %zu ('%.60s') has no transfer vectors", instance->body,
+                            body->name);
+        struct dph_rival_body *prt =
+            dph_rival_body(renderer, DPH_RIVAL_PRT, instance->body, make, err);
         if (!prt)
             return false;
         glUseProgram(program->id);

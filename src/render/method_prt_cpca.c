@@ -1,10 +1,10 @@
 /* prt-cpca: transfer vectors as clustered principal components.
  *
- * P.-P. Sloan, J. Hall, J. Hart, J. Snyder, "Clustered principal components for precomputed radiance
- * transfer", SIGGRAPH 2003. All three channels of a position share one set of weights, as in the
- * sample of the DirectX SDK, whose setting was 1 cluster and 24 vectors. Every frame the CPU lights
- * each cluster's mean and vectors, 3 (1 + vectors) dot products a cluster, and a vertex of the cluster
- * is a weighted sum of the results. Weights are normalized bytes. */
+ * P.-P. Sloan, J. Hall, J. Hart, J. Snyder, "Clustered principal components for precomputed
+ * radiance transfer", SIGGRAPH 2003. All three channels of a position share one set of weights, as
+ * in the sample of the DirectX SDK, whose setting was 1 cluster and 24 vectors. Every frame the CPU
+ * lights each cluster's mean and vectors, 3 (1 + vectors) dot products a cluster, and a vertex of
+ * the cluster is a weighted sum of the results. Weights are normalized bytes. */
 #include "render/rival.h"
 
 #include "core/fail.h"
@@ -66,7 +66,8 @@ static void light_clusters(struct dph_rival_body *prt, const struct dph_cpca *cp
     const float *signal = cpca->table;
     for (int k = 0; k < cpca->clusters; k++)
         for (int j = 0; j <= cpca->vectors; j++, signal += cpca->n) {
-            float *texel = prt->table + 4 * ((size_t)k * (size_t)(1 + 4 * prt->vectors) + (size_t)j);
+            float *texel =
+                prt->table + 4 * ((size_t)k * (size_t)(1 + 4 * prt->vectors) + (size_t)j);
             for (int c = 0; c < 3; c++) {
                 float sum = 0;
                 for (int i = 0; i < n; i++)
@@ -95,7 +96,8 @@ static bool draw_prt_cpca(struct dph_draw *draw, struct dph_error *err)
             return dph_fail(err, DPH_ERROR_ARGUMENT,
                             "pass prt-cpca: body %zu ('%.60s') has no compressed transfer vectors",
                             instance->body, body->name);
-        struct dph_rival_body *prt = dph_rival_body(renderer, DPH_RIVAL_CPCA, instance->body, make, err);
+        struct dph_rival_body *prt =
+            dph_rival_body(renderer, DPH_RIVAL_CPCA, instance->body, make, err);
         if (!prt)
             return false;
         glUseProgram(program->id);

@@ -349,9 +349,9 @@ bool dph_renderer_cost(struct dph_renderer *renderer, const struct dph_frame *fr
         vertices += nvert;
         if (frame->method->needs_thickness && t) {
             cost->table_bytes += dph_thickness_shared(t);
-            bytes += nvert * (t->store == DPH_STORE_CPCA
-                                  ? (double)dph_thickness_fetched(t)
-                                  : renderer->body[i].vectors * 4 * (double)dph_store_size(t->store));
+            bytes += nvert * (t->store == DPH_STORE_CPCA ? (double)dph_thickness_fetched(t)
+                                                         : renderer->body[i].vectors * 4 *
+                                                               (double)dph_store_size(t->store));
         }
     }
     cost->bytes_per_vertex = vertices > 0 ? bytes / vertices : 0;

@@ -1,11 +1,11 @@
 /* Light for transfer vectors, and the buffers that go with them.
  *
  * Radiance depends linearly on distant light, so every light and the surroundings become one vector
- * of coefficients in the world, a point of the sky or a disc by its own exact coefficients (no factor
- * for looks), and that vector is turned into each body's space. The turn is the rotation in the
- * instance's matrix: what a matrix does besides turning and scaling evenly is not in the transfer
- * vectors either. A mirrored instance has light mirrored through its centre, which changes the sign of
- * odd degrees, and then turned. */
+ * of coefficients in the world, a point of the sky or a disc by its own exact coefficients (no
+ * factor for looks), and that vector is turned into each body's space. The turn is the rotation in
+ * the instance's matrix: what a matrix does besides turning and scaling evenly is not in the
+ * transfer vectors either. A mirrored instance has light mirrored through its centre, which changes
+ * the sign of odd degrees, and then turned. */
 #include "render/rival.h"
 
 #include "core/fail.h"
@@ -17,10 +17,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-struct dph_rival_body *dph_rival_body(struct dph_renderer *renderer, int kind, size_t i,
-                                  bool (*make)(struct dph_rival_body *prt, const struct dph_gpu_body *gpu,
-                                               const struct dph_body *body, struct dph_error *err),
-                                  struct dph_error *err)
+struct dph_rival_body *
+dph_rival_body(struct dph_renderer *renderer, int kind, size_t i,
+               bool (*make)(struct dph_rival_body *prt, const struct dph_gpu_body *gpu,
+                            const struct dph_body *body, struct dph_error *err),
+               struct dph_error *err)
 {
     if (!renderer->rival && !(renderer->rival = calloc(1, sizeof *renderer->rival))) {
         dph_fail_memory(err);
@@ -81,7 +82,8 @@ void dph_rival_array(struct dph_rival_body *prt, const struct dph_gpu_body *gpu)
     glBindBuffer(GL_ARRAY_BUFFER, prt->attributes);
 }
 
-/* The rotation in a matrix, row by row, and whether it mirrors; rows of the identity for a flat one. */
+/* The rotation in a matrix, row by row, and whether it mirrors; rows of the identity for a flat
+ * one. */
 static bool rotation_of(const float matrix[16], double rotation[9])
 {
     double column[3][3];

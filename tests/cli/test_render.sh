@@ -31,7 +31,7 @@ cmp baked.png unbaked.png || fail "baked beforehand and in memory differ"
 expect 0 render box.glb -o again.png $small -q
 cmp baked.png again.png || fail "two runs differ"
 
-for method in lambert shsss green green-gauss thickness; do
+for method in lambert shsss green green-gauss prt prt-cpca patro thickness; do
     expect 0 render box.glb -o "$method.png" $small --method $method -q
 done
 cmp -s lambert.png shsss.png && fail "lambert and shsss draw the same"
@@ -73,12 +73,25 @@ expect 1 render box.glb -o no.png --point-light 1,2
 expect 1 render box.glb -o no.png --spot-light 1,2,3,1,2,3,20
 expect 1 render box.glb -o no.png --spot-light 1,2,3,0,0,0,90
 expect 1 render box.glb -o no.png --light-angle 91
+expect 1 render box.glb -o no.png --method prt --point-light 2,2,-2
+grep -q 'point and spot lights; these can: .*shsss' stderr || fail "prt does not name the methods: $(cat stderr)"
+expect 1 render box.glb -o no.png --env none.hdr
+grep -q 'surroundings; these can: .*prt' stderr || fail "shsss does not name the methods: $(cat stderr)"
+expect 2 render box.glb -o no.png --method prt --env none.hdr
 [ ! -e no.png ] || fail "a picture from bad lights"
 expect 0 render box.glb -o same.png $small -q --light 150,30
 cmp baked.png same.png || fail "the default light is not 150,30"
 
 expect 0 render box.glb -o box.exr $small -q
 [ "$(head -c 4 box.exr | od -An -tx1 | tr -d ' \n')" = 762f3101 ] || fail "no EXR"
+expect 0 render box.glb -o sky.exr $small -q --background 1,1,2
+expect 0 render box.glb -o around.png $small --method prt --env sky.exr --json
+field '.bytes_per_vertex > 400 and .passes == 1 and .seconds.transfer > 0 and .seconds.bake >= .seconds.transfer'
+cmp -s around.png prt.png && fail "--env changes nothing"
+expect 0 render box.glb -o other.png $small -q --method prt --env sky.exr --light 150,30
+cmp -s around.png other.png && fail "a light beside --env changes nothing"
+expect 0 render box.glb -o other.png $small --method prt-cpca --clusters 1 --vectors 24 --json
+field '.bytes_per_vertex > 0 and .bytes_per_vertex <= 28 and .table_bytes > 0 and .seconds.clusters >= 0'
 expect 0 bake box.obj -o eight.glb --bands 8 -q
 expect 0 render eight.glb -o eight.png $small
 grep -q '8 bands are stored, the first 6 are drawn' stderr || fail "nothing is said of 8 bands: $(cat stderr)"
