@@ -152,6 +152,8 @@ static bool run(struct bake *bake, int threads, struct dph_bake_report *report, 
         bake->count = bake->pairs - bake->first < block ? bake->pairs - bake->first : block;
         double start = dph_seconds();
         dph_parallel(threads, (size_t)bake->count, sweep_pair, bake);
+        /* on a busy machine the other workers may have left none of the tasks to this thread */
+        report_progress(bake, (double)(bake->first + bake->count) / bake->pairs, 0);
         if (atomic_load(&bake->cancelled))
             return dph_fail(err, DPH_ERROR_CANCELLED, "cancelled");
         double swept = dph_seconds();
@@ -162,7 +164,6 @@ static bool run(struct bake *bake, int threads, struct dph_bake_report *report, 
     double start = dph_seconds();
     dph_parallel(threads, tasks, solve_range, bake);
     report->seconds_project += dph_seconds() - start;
-    report_progress(bake, 1, 0);
     return true;
 }
 
