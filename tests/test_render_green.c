@@ -502,6 +502,14 @@ static void test_many_maps(void **state)
         frame.map_size = 100;
         assert_false(dph_renderer_cost(renderer, &frame, &cost, &err));
         assert_int_equal(err.code, DPH_ERROR_ARGUMENT);
+        frame.map_size = 8192; /* 16 GiB of maps */
+        struct dph_image image;
+        assert_true(dph_image_init(&image, 32, 32, NULL));
+        assert_false(dph_renderer_draw(renderer, &frame, &image, &err));
+        assert_int_equal(err.code, DPH_ERROR_ARGUMENT);
+        frame.map_size = 64; /* and it still draws */
+        assert_true(dph_renderer_draw(renderer, &frame, &image, &err));
+        dph_image_finish(&image);
         dph_renderer_destroy(renderer);
     }
     dph_scene_destroy(scene);

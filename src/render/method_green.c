@@ -97,7 +97,7 @@ static bool fit_maps(struct dph_renderer *renderer, const struct dph_frame *fram
                         frame->map_size, (int)largest);
     size_t bytes = 8 * (size_t)frame->map_size * (size_t)frame->map_size * (size_t)frame->nlight;
     if (bytes > MOST_BYTES)
-        return dph_fail(err, DPH_ERROR_LIMIT,
+        return dph_fail(err, DPH_ERROR_ARGUMENT,
                         "%d depth maps of %d texels a side take %zu MiB, more than %zu",
                         frame->nlight, frame->map_size, bytes >> 20, MOST_BYTES >> 20);
     green->size = 0; /* until all of it is there */
