@@ -9,6 +9,18 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Sanitizers slow long loops down tenfold, and look for other mistakes than these loops do. */
+#if defined(__SANITIZE_ADDRESS__)
+#define UNDER_SANITIZER 1
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define UNDER_SANITIZER 1
+#endif
+#endif
+#ifndef UNDER_SANITIZER
+#define UNDER_SANITIZER 0
+#endif
+
 static const double PI = 3.14159265358979323846;
 
 /* The same numbers everywhere, evenly in [0, 1). */
