@@ -68,13 +68,16 @@ struct dph_frame {
     enum dph_window window;               /* DPH_WINDOW_NONE                                       */
     int samples;                          /* multisampling, 1 to 16, less where GL has less; 4      */
     int map_size;                         /* depth maps: texels a side, a power of two, 16 to 8192; 1024 */
-    double blur_mm;                       /* green-gauss: sigma; negative: a mean free path of the material's green channel; -1 */
-    bool has_environment;                 /* false                                                 */
-    double environment[3][DPH_DRAW_BANDS * DPH_DRAW_BANDS]; /* its coefficients in the world (environment.h), by channel */
+    double blur_mm;                       /* green-gauss: sigma; negative: a mean free path of the
+                                           * material's green channel; -1                          */
+    bool has_environment;                 /* surroundings; false                                   */
+    /* their coefficients in the world (environment.h), by channel */
+    double environment[3][DPH_DRAW_BANDS * DPH_DRAW_BANDS];
 };
 struct dph_frame dph_frame_defaults(void);
 
-/* Whether the frame's method takes the frame's lights and surroundings. False: DPH_ERROR_ARGUMENT, the message names the methods that do. */
+/* Whether the frame's method takes the frame's lights and surroundings. False: DPH_ERROR_ARGUMENT,
+ * the message names the methods that do. */
 bool dph_frame_check_lights(const struct dph_frame *frame, struct dph_error *err);
 
 /* A scene's data on the GPU. The scene must outlive it and not change. */
@@ -98,8 +101,9 @@ struct dph_cost {
 bool dph_renderer_cost(struct dph_renderer *renderer, const struct dph_frame *frame, struct dph_cost *cost,
                        struct dph_error *err);
 
-/* Reads back what the frame's method takes for the thickness towards light 0 at every vertex of one instance, in mm, for
- * tests: what the vertex stage computes of coefficients, not clamped, or what the depth maps say. `thickness` (body.mesh.nvert). */
+/* Reads back what the frame's method takes for the thickness towards light 0 at every vertex of one
+ * instance, in mm, for tests: what the vertex stage computes of coefficients, not clamped, or what
+ * the depth maps say. `thickness` (body.mesh.nvert). */
 bool dph_renderer_thickness(struct dph_renderer *renderer, const struct dph_frame *frame,
                             size_t instance, float *thickness, struct dph_error *err);
 

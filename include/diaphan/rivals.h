@@ -50,8 +50,8 @@ struct dph_rivals_report {
     double error;    /* of the compression, relative, with weights of 8 bits; mean over the positions */
 };
 
-/* Bakes what is asked for, thickness left out, and replaces what there was. Sets the scene's mm_per_unit. A body without triangles is passed
- * over. `report` is Nullable. False: errors as dph_transfer_bake and dph_cpca_create; bodies baked until then keep what they have. */
+/* Bakes what is asked for, thickness left out, and replaces what there was. Sets the scene's
+ * mm_per_unit. A body without triangles is passed over. `report` is Nullable. False: errors as dph_transfer_bake and dph_cpca_create; bodies baked until then keep what they have. */
 bool dph_scene_bake_rivals(struct dph_scene *scene, unsigned products,
                            const struct dph_rivals_params *params, struct dph_rivals_report *report,
                            struct dph_error *err);

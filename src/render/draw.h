@@ -33,8 +33,8 @@ struct dph_gpu_body {
 bool dph_gpu_body_init(struct dph_gpu_body *gpu, const struct dph_body *body, struct dph_error *err);
 void dph_gpu_body_finish(struct dph_gpu_body *gpu);
 
-/* Binds attribute DPH_OUTWARD: the angle-weighted normal of the vertex's position, the same for all vertices there, so that a
- * body that is pushed out along it does not come apart at its edges. Does nothing the second time. False:
+/* Binds attribute DPH_OUTWARD: the angle-weighted normal of the vertex's position, the same for all
+ * vertices there, so that a body that is pushed out along it does not come apart at its edges. Does nothing the second time. False:
  * DPH_ERROR_MEMORY, _CAPABILITY. */
 #define DPH_OUTWARD 15
 bool dph_gpu_body_outward(struct dph_gpu_body *gpu, const struct dph_body *body, struct dph_error *err);
@@ -141,7 +141,8 @@ struct dph_method_draw {
     bool (*prepare)(struct dph_draw *draw, struct dph_error *err);
     /* Once a tile of the picture. */
     bool (*draw)(struct dph_draw *draw, struct dph_error *err);
-    /* A vertex stage with the varying v_thickness, for dph_renderer_thickness, and its uniforms. Nullable: body.vert. */
+    /* A vertex stage with the varying v_thickness, for dph_renderer_thickness, and its uniforms.
+     * Nullable: body.vert. */
     const char *probe;
     void (*probe_uniforms)(const struct dph_draw *draw, struct dph_program *program);
     /* Adds what a frame costs beyond one pass over the bodies and their thickness. Nullable. */

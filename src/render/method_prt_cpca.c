@@ -122,7 +122,7 @@ static bool draw_prt_cpca(struct dph_draw *draw, struct dph_error *err)
     return dph_program_check(program, "prt-cpca", err);
 }
 
-/* Weights and the cluster's number a vertex; the table as the CPU has lit it. */
+/* Weights and the cluster's number a vertex; means and vectors, and what light makes of them. */
 static void cost(const struct dph_draw *draw, struct dph_cost *cost)
 {
     double bytes = 0, vertices = 0;
@@ -134,7 +134,9 @@ static void cost(const struct dph_draw *draw, struct dph_cost *cost)
             continue;
         size_t padded = ((size_t)cpca->vectors + 3) / 4 * 4;
         bytes += (double)body->mesh.nvert * (double)(padded + 4);
-        cost->table_bytes += (size_t)cpca->clusters * (1 + padded) * 16;
+        cost->table_bytes += (size_t)cpca->clusters *
+                             ((1 + padded) * 16 +
+                              (size_t)(1 + cpca->vectors) * (size_t)cpca->n * sizeof *cpca->table);
     }
     cost->bytes_per_vertex += vertices > 0 ? bytes / vertices : 0;
 }
