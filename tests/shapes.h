@@ -63,7 +63,8 @@ static inline struct dph_mesh make_room(size_t nvert, size_t ntri)
     return mesh;
 }
 
-/* The box from 0 to (x, y, z), every face n x n squares; vertices on edges of faces are repeated. */
+/* The box from 0 to (x, y, z), every face n x n squares; vertices on edges of faces are
+ * repeated. */
 static inline struct dph_mesh make_box(double x, double y, double z, uint32_t n)
 {
     struct dph_mesh mesh = make_room(6 * (size_t)(n + 1) * (n + 1), 12 * (size_t)n * n);
@@ -89,8 +90,9 @@ static inline struct dph_mesh make_box(double x, double y, double z, uint32_t n)
     return mesh;
 }
 
-/* A sphere of latitudes and longitudes around the origin, z its axis; inward: seen as a cavity. Added to `mesh`, which has room for
- * (rings - 1) * segments + 2 vertices and 2 * segments * (rings - 1) triangles. */
+/* A sphere of latitudes and longitudes around the origin, z its axis; inward: seen as a cavity.
+ * Added to `mesh`, which has room for (rings - 1) * segments + 2 vertices and 2 * segments *
+ * (rings - 1) triangles. */
 static inline void add_sphere(struct dph_mesh *mesh, double radius, uint32_t segments, uint32_t rings,
                               bool inward)
 {

@@ -1,4 +1,5 @@
-/* The bake as a whole: closed forms of the sphere, symmetries, equal bytes, broken meshes and broken calls. */
+/* The bake as a whole: closed forms of the sphere, symmetries, equal bytes, broken meshes and
+ * broken calls. */
 #include "shapes.h"
 
 #include <diaphan/bake.h>
@@ -44,8 +45,9 @@ static struct dph_bake_params sphere_fit(int bands, int directions)
     return params;
 }
 
-/* Thickness of a sphere is 2 R max(0, -n.w), whose coefficients are 2 R A_l y_lm(-n) (Funk-Hecke, A_l of the clamped cosine). The
- * error falls with the size of the facets, until the quadrature's is left. */
+/* Thickness of a sphere is 2 R max(0, -n.w), whose coefficients are 2 R A_l y_lm(-n)
+ * (Funk-Hecke, A_l of the clamped cosine). The error falls with the size of the facets, until
+ * the quadrature's is left. */
 static void sphere_in_closed_form(void **state)
 {
     (void)state;
@@ -106,7 +108,8 @@ static void scale_is_a_factor(void **state)
     dph_mesh_finish(&mesh);
 }
 
-/* Turning the body and the light together changes nothing but the quadrature's error (test_sweep has the samples). */
+/* Turning the body and the light together changes nothing but the quadrature's error (test_sweep
+ * has the samples). */
 static void rotation_leaves_thickness(void **state)
 {
     (void)state;
@@ -139,7 +142,8 @@ static void rotation_leaves_thickness(void **state)
     dph_mesh_finish(&turned);
 }
 
-/* The weighted fit is made for the transmittance exp(-s S): over all directions it must come nearer to it than the projection. */
+/* The weighted fit is made for the transmittance exp(-s S): over all directions it must come
+ * nearer to it than the projection. */
 static void weighted_fit_is_better_where_it_matters(void **state)
 {
     (void)state;
@@ -177,7 +181,8 @@ static void weighted_fit_is_better_where_it_matters(void **state)
     dph_mesh_finish(&mesh);
 }
 
-/* The same bytes for any number of threads, with and without AVX2, indexed or not, packed or strided. */
+/* The same bytes for any number of threads, with and without AVX2, indexed or not, packed or
+ * strided. */
 static void equal_bytes(void **state)
 {
     (void)state;
@@ -213,7 +218,8 @@ static void equal_bytes(void **state)
                                            .nvert = corners, .ntri = mesh.ntri};
             float *unshared = malloc(dph_bake_size(&input, &params) * sizeof *unshared);
             assert_true(dph_bake(&input, &params, unshared, NULL, NULL));
-            /* positions are numbered in another order, so sums over triangles may round differently: not the bytes, the values */
+            /* positions are numbered in another order, so sums over triangles may round
+             * differently: not the bytes, the values */
             for (size_t i = 0; i < corners; i++)
                 for (size_t k = 0; k < 36; k++)
                     assert_true(fabsf(unshared[36 * i + k] - one[36 * (size_t)mesh.index[i] + k]) < 2e-4f);
@@ -233,7 +239,8 @@ static struct dph_mesh make_shell(void)
     return mesh;
 }
 
-/* Holes, flipped and doubled triangles, single triangles, flat meshes: numbers come out, and `untrusted` tells. */
+/* Holes, flipped and doubled triangles, single triangles, flat meshes: numbers come out, and
+ * `untrusted` tells. */
 static void open_meshes_bake(void **state)
 {
     (void)state;
@@ -278,7 +285,8 @@ static void open_meshes_bake(void **state)
     dph_mesh_finish(&shell);
 }
 
-/* A convex body with a hole never has a balance out of range; that a ray from inside leaves without a crossing must be noticed all the same. */
+/* A convex body with a hole never has a balance out of range; that a ray from inside leaves
+ * without a crossing must be noticed all the same. */
 static void missing_face_is_noticed(void **state)
 {
     (void)state;

@@ -105,8 +105,9 @@ static struct dph_mesh make_plane(double side, uint32_t n, size_t *middle)
     return mesh;
 }
 
-/* An evenly lit plane gives M = Rd_total E, for every coefficient: light from overhead or anywhere. Whether its triangles are finer than the mean
- * free path, are divided until they are, or stay as coarse as six of them because the samples are rationed. */
+/* An evenly lit plane gives M = Rd_total E, for every coefficient: light from overhead or
+ * anywhere. Whether its triangles are finer than the mean free path, are divided until they are,
+ * or stay as coarse as six of them because the samples are rationed. */
 static void white_planes(void **state)
 {
     (void)state;
@@ -187,7 +188,8 @@ static void hierarchy(void **state)
     dph_scene_destroy(scene);
 }
 
-/* Against a plain double sum of the published formula at points, where samples are much denser than the mean free path. */
+/* Against a plain double sum of the published formula at points, where samples are much denser
+ * than the mean free path. */
 static void plain_sum(void **state)
 {
     (void)state;
@@ -272,7 +274,8 @@ static void spheres(void **state)
     dph_mesh_finish(&mesh);
 }
 
-/* Any unit of length gives the same; media without scattering nothing; without absorption finite numbers. */
+/* Any unit of length gives the same; media without scattering nothing; without absorption finite
+ * numbers. */
 static void units_and_limits(void **state)
 {
     (void)state;
@@ -309,7 +312,8 @@ static void units_and_limits(void **state)
     dph_mesh_finish(&mesh);
 }
 
-/* Division keeps a closed body closed, its volume and area, its first positions; and keeps to its ration. */
+/* Division keeps a closed body closed, its volume and area, its first positions; and keeps to
+ * its ration. */
 static void refinement(void **state)
 {
     (void)state;

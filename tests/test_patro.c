@@ -109,7 +109,8 @@ static double kernel_at(const struct dph_patro_params *p, double r)
     return dph_dipole_at(&d, r);
 }
 
-/* On a sphere normals keep their direction; their length is the kernel's first zonal coefficient over its zeroth, K at the chord, cut at three distances. */
+/* On a sphere normals keep their direction; their length is the kernel's first zonal coefficient
+ * over its zeroth, K at the chord, cut at three distances. */
 static void spheres(void **state)
 {
     (void)state;
@@ -151,7 +152,8 @@ static void spheres(void **state)
     dph_mesh_finish(&mesh);
 }
 
-/* Every neighbour for itself, from the definition; samples are denser than the distance, so that points do. */
+/* Every neighbour for itself, from the definition; samples are denser than the distance, so that
+ * points do. */
 static void brute_force(void **state)
 {
     (void)state;
@@ -265,7 +267,8 @@ static void cubes_tilt_at_edges(void **state)
     dph_mesh_finish(&mesh);
 }
 
-/* Both sides of a sheet much thinner than the distance cancel, down to the floor; with same_side they do not see each other. */
+/* Both sides of a sheet much thinner than the distance cancel, down to the floor; with same_side
+ * they do not see each other. */
 static void thin_sheets(void **state)
 {
     (void)state;

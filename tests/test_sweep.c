@@ -1,4 +1,5 @@
-/* The samples of the bake: closed forms first, then a brute force in double precision, then Embree. */
+/* The samples of the bake: closed forms first, then a brute force in double precision, then
+ * Embree. */
 #include "shapes.h"
 
 #include <diaphan/bake.h>
@@ -51,7 +52,8 @@ static void sweep(const struct dph_mesh *mesh, const double direction[3], struct
     }
 }
 
-/* How far p + t d stays in a convex body given by one call a half space: the largest t >= 0 with n . (p + t d) <= h. */
+/* How far p + t d stays in a convex body given by one call a half space: the largest t >= 0 with
+ * n . (p + t d) <= h. */
 static void clip(double *t, double slope, double room)
 {
     if (slope > 0)
@@ -109,8 +111,9 @@ static void cylinder_in_closed_form(void **state)
             const float *p = mesh.position + 3 * v;
             for (int side = 0; side < 2; side++) {
                 double sign = side ? -1 : 1;
-                /* Of the prism that the mesh is: planes through the edges of its base. Its vertices are rounded, and a ray along a
-                 * face magnifies that, so the planes are moved by a little either way. */
+                /* Of the prism that the mesh is: planes through the edges of its base. Its
+                 * vertices are rounded, and a ray along a face magnifies that, so the planes are
+                 * moved by a little either way. */
                 double bound[2] = {INFINITY, INFINITY};
                 for (int b = 0; b < 2; b++) {
                     double moved = b ? 3e-7 : -3e-7;
@@ -132,8 +135,8 @@ static void cylinder_in_closed_form(void **state)
                 for (int k = 0; k < 3; k++) {
                     double got = samples.length[k][side][v];
                     assert_true(got > bound[0] - 5e-6 && got < bound[1] + 5e-6);
-                    /* A chord lies up to 7.5e-5 inside the circle. Rays that graze it see that magnified, up to its root,
-                     * and steep ones once more. */
+                    /* A chord lies up to 7.5e-5 inside the circle. Rays that graze it see that
+                     * magnified, up to its root, and steep ones once more. */
                     double graze = fmax(fabs(b) / sqrt(a), 0.01);
                     assert_true(fabs(got - round) < 6e-4 / (graze * sqrt(a)));
                 }
@@ -144,7 +147,8 @@ static void cylinder_in_closed_form(void **state)
     dph_mesh_finish(&mesh);
 }
 
-/* From the outside of a shell through its centre: every vertex meets the antipodal vertices of both spheres exactly. */
+/* From the outside of a shell through its centre: every vertex meets the antipodal vertices of
+ * both spheres exactly. */
 static void shell_has_three_thicknesses(void **state)
 {
     (void)state;
@@ -171,7 +175,8 @@ static void shell_has_three_thicknesses(void **state)
     dph_mesh_finish(&mesh);
 }
 
-/* Where rays run along faces and through vertices and edges, every crossing still counts once: the balance is right everywhere. */
+/* Where rays run along faces and through vertices and edges, every crossing still counts once:
+ * the balance is right everywhere. */
 static void symmetric_meshes_have_no_bad_hits(void **state)
 {
     (void)state;
@@ -337,7 +342,8 @@ static int compare_edges(const void *a, const void *b)
     return memcmp(a, b, 2 * sizeof(uint32_t));
 }
 
-/* 1 for positions on an edge that is not run along once either way: what lies around such a position depends on how the view is turned. */
+/* 1 for positions on an edge that is not run along once either way: what lies around such a
+ * position depends on how the view is turned. */
 static uint8_t *find_border(const struct dph_mesh *mesh)
 {
     uint32_t(*edge)[3] = malloc(3 * mesh->ntri * sizeof *edge);
@@ -358,8 +364,9 @@ static uint8_t *find_border(const struct dph_mesh *mesh)
     return border;
 }
 
-/* Compares `pairs` random positions and directions, both ways. A disagreement about what is hit is only forgiven, and
- * counted, where single precision cannot tell on which side of an edge a position is. */
+/* Compares `pairs` random positions and directions, both ways. A disagreement about what is hit
+ * is only forgiven, and counted, where single precision cannot tell on which side of an edge a
+ * position is. */
 static void against_brute_force(struct dph_mesh *mesh, const char *name, size_t pairs, double forgiven)
 {
     weld_mesh(mesh);
@@ -477,7 +484,8 @@ static void candle_against_embree(void **state)
                 different += fabsf(length[i] - samples.length[k][0][i]) > 5e-5f;
         }
     }
-    /* Embree counts a crossing at an edge twice or not at all now and then; that is why the sweep is no ray tracer */
+    /* Embree counts a crossing at an edge twice or not at all now and then; that is why the
+     * sweep is no ray tracer */
     print_message("candle: %zu of %zu values differ from Embree's\n", different, 18 * mesh.nvert);
     assert_true((double)different < 3e-4 * 18 * (double)mesh.nvert);
     free(origin);

@@ -1,4 +1,5 @@
-/* Diffuse transfer against closed forms: no shadow, convex bodies, a disc overhead, light inside a sphere with a hole. */
+/* Diffuse transfer against closed forms: no shadow, convex bodies, a disc overhead, light inside
+ * a sphere with a hole. */
 #include "shapes.h"
 
 #include <diaphan/environment.h>
@@ -81,7 +82,8 @@ static double largest_difference(const struct dph_transfer *a, const struct dph_
     return worst;
 }
 
-/* A convex body does not shadow itself: what is left is the quadrature's error and the facets' horizon. */
+/* A convex body does not shadow itself: what is left is the quadrature's error and the facets'
+ * horizon. */
 static void convex_bodies_have_no_shadow(void **state)
 {
     (void)state;
@@ -105,7 +107,8 @@ static void convex_bodies_have_no_shadow(void **state)
     }
 }
 
-/* Adds a disc at height h around the z axis, seen from below, and a square of the ground around the origin. */
+/* Adds a disc at height h around the z axis, seen from below, and a square of the ground around
+ * the origin. */
 static struct dph_mesh make_roof(double radius, double h, uint32_t segments)
 {
     struct dph_mesh mesh = make_room(segments + 6, segments + 4);
@@ -124,7 +127,8 @@ static struct dph_mesh make_roof(double radius, double h, uint32_t segments)
     return mesh;
 }
 
-/* A disc overhead takes the cap cos > c from the hemisphere: E_l0 = 2 pi integral from 0 to c of t y_l0(t) dt. */
+/* A disc overhead takes the cap cos > c from the hemisphere: E_l0 = 2 pi integral from 0 to c of
+ * t y_l0(t) dt. */
 static void a_disc_overhead(void **state)
 {
     (void)state;
@@ -153,8 +157,9 @@ static void a_disc_overhead(void **state)
     }
 }
 
-/* A sphere seen from inside, without its top rings: light enters by the hole. From any point in a sphere every part of it takes cos/pi of the view in
- * proportion to its area, so a bounce is the mean of what is on the wall: T_1 = sum A T_0 / (4 pi R^2), the same everywhere. */
+/* A sphere seen from inside, without its top rings: light enters by the hole. From any point in
+ * a sphere every part of it takes cos/pi of the view in proportion to its area, so a bounce is
+ * the mean of what is on the wall: T_1 = sum A T_0 / (4 pi R^2), the same everywhere. */
 static void light_inside_a_sphere(void **state)
 {
     (void)state;
@@ -193,7 +198,8 @@ static void light_inside_a_sphere(void **state)
             continue;
         for (size_t i = 0; i < 36; i++) {
             worst = fmax(worst, fabs((double)one.vector[p * 108 + i] - (double)direct.vector[p * 108 + i] - mean[i]));
-            /* bounces k + 1 follow k by the share of the sphere that is there; green has its albedo's powers */
+            /* bounces k + 1 follow k by the share of the sphere that is there; green has its
+             * albedo's powers */
             double term = mean[i];
             double red = (double)direct.vector[p * 108 + i] + term * (1 + holds + holds * holds);
             double green = (double)direct.vector[p * 108 + i] / 2 + term * (.25 + .125 * holds + .0625 * holds * holds);
@@ -209,8 +215,9 @@ static void light_inside_a_sphere(void **state)
     dph_mesh_finish(&mesh);
 }
 
-/* No light at all inside a closed box. Along its edges, where the mean normal looks past a wall, only matter around the box would keep light out, and a box
- * turned inside out has none that ends. */
+/* No light at all inside a closed box. Along its edges, where the mean normal looks past a wall,
+ * only matter around the box would keep light out, and a box turned inside out has none that
+ * ends. */
 static void closed_boxes_are_dark(void **state)
 {
     (void)state;
@@ -232,7 +239,8 @@ static void closed_boxes_are_dark(void **state)
     dph_mesh_finish(&mesh);
 }
 
-/* Fresnel's factor at the entry takes what it takes of even light: 1 - Fdr seen from outside, .939 for 1.3 and .908 for 1.5. */
+/* Fresnel's factor at the entry takes what it takes of even light: 1 - Fdr seen from outside,
+ * .939 for 1.3 and .908 for 1.5. */
 static void fresnel_at_the_entry(void **state)
 {
     (void)state;

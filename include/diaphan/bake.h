@@ -1,8 +1,9 @@
-/* diaphan/bake.h - directional thickness from plain arrays: the start-up stage of SHSSS.      Tier 2.
+/* diaphan/bake.h - directional thickness from plain arrays: the start-up stage of SHSSS. Tier 2.
  *
- * From every vertex of a mesh the thickness of the body is sampled in directions spread evenly over the sphere and projected to
- * spherical harmonics (Tomaszewska, Stefanowski 2012). No files, no GL, no globals. Lengths are in the unit of the positions. Vertices at
- * one position get one set of values. */
+ * From every vertex of a mesh the thickness of the body is sampled in directions spread evenly
+ * over the sphere and projected to spherical harmonics (Tomaszewska, Stefanowski 2012). No
+ * files, no GL, no globals. Lengths are in the unit of the positions. Vertices at one position
+ * get one set of values. */
 #ifndef DIAPHAN_BAKE_H
 #define DIAPHAN_BAKE_H
 
@@ -53,18 +54,20 @@ struct dph_bake_report {
 /* How many floats dph_bake writes: nvert * bands * bands. */
 size_t dph_bake_size(const struct dph_bake_input *input, const struct dph_bake_params *params);
 
-/* Bakes. `coefficient` (nvert x bands * bands) is the caller's. `report` is Nullable. The same input and parameters give the same
- * bytes for any number of threads and on any processor. Triangles without area are skipped; a vertex that no triangle uses is baked like any
- * other. Memory beside input and output: about 1 KiB a position.
- * False: DPH_ERROR_ARGUMENT (a parameter out of range), DPH_ERROR_INPUT (an index out of range, a number that is not finite, a
- * mesh smaller than 1e-15 or larger than 1e15 units), DPH_ERROR_MEMORY, DPH_ERROR_CANCELLED; `coefficient` then holds nothing of use. */
+/* Bakes. `coefficient` (nvert x bands * bands) is the caller's. `report` is Nullable. The same
+ * input and parameters give the same bytes for any number of threads and on any processor.
+ * Triangles without area are skipped; a vertex that no triangle uses is baked like any other.
+ * Memory beside input and output: about 1 KiB a position. False: DPH_ERROR_ARGUMENT (a parameter
+ * out of range), DPH_ERROR_INPUT (an index out of range, a number that is not finite, a mesh
+ * smaller than 1e-15 or larger than 1e15 units), DPH_ERROR_MEMORY, DPH_ERROR_CANCELLED;
+ * `coefficient` then holds nothing of use. */
 bool dph_bake(const struct dph_bake_input *input, const struct dph_bake_params *params,
               float *coefficient, struct dph_bake_report *report, struct dph_error *err);
 
-/* The samples themselves: the thickness of every vertex along +direction (`plus`, (nvert)) and along -direction (`minus`, (nvert)), both
- * Nullable, from one sweep. `bad_plus` and `bad_minus` (nvert), Nullable, are 1 where the hit balance is wrong.
- * `direction` need not be of unit length. Uses definition, threads (one) and portable of the parameters. Errors as
- * dph_bake. */
+/* The samples themselves: the thickness of every vertex along +direction (`plus`, (nvert)) and
+ * along -direction (`minus`, (nvert)), both Nullable, from one sweep. `bad_plus` and `bad_minus`
+ * (nvert), Nullable, are 1 where the hit balance is wrong. `direction` need not be of unit
+ * length. Uses definition, threads (one) and portable of the parameters. Errors as dph_bake. */
 bool dph_bake_direction(const struct dph_bake_input *input, const struct dph_bake_params *params,
                         const double direction[3], float *plus, float *minus, uint8_t *bad_plus,
                         uint8_t *bad_minus, struct dph_error *err);

@@ -36,9 +36,9 @@ struct dph_error {
     char message[512];
 };
 
-/* Called during long work with the share done so far, 0 to 1, never decreasing; false cancels, and the
- * work then fails with DPH_ERROR_CANCELLED. It is called by one thread at a time, the one that
- * called the library. */
+/* Called during long work with the share done so far, 0 to 1, never decreasing; false cancels,
+ * and the work then fails with DPH_ERROR_CANCELLED. It is called by one thread at a time, the
+ * one that called the library. */
 typedef bool dph_progress(void *user, double fraction);
 
 /* The version the library was built as, "MAJOR.MINOR.PATCH". */

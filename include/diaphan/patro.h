@@ -1,8 +1,9 @@
-/* diaphan/patro.h - normals blurred by scattering: translucency as a change of the model.      Tier 2.
+/* diaphan/patro.h - normals blurred by scattering: translucency as a change of the model. Tier 2.
  *
- * Every position's normal is replaced by the mean of the normals around it, weighted by area and by how far light scatters (after Patro 2007, as the paper that
- * this project follows describes it). Drawn with any plain shader: N.L is then irradiance blurred without its clamp. No light ever passes through the
- * body. Lengths are in the unit of the positions. */
+ * Every position's normal is replaced by the mean of the normals around it, weighted by area and
+ * by how far light scatters (after Patro 2007, as the paper that this project follows describes
+ * it). Drawn with any plain shader: N.L is then irradiance blurred without its clamp. No light
+ * ever passes through the body. Lengths are in the unit of the positions. */
 #ifndef DIAPHAN_PATRO_H
 #define DIAPHAN_PATRO_H
 
@@ -34,9 +35,10 @@ struct dph_patro_params {
 
 struct dph_patro_params dph_patro_defaults(void);
 
-/* Sets distance, scattering and absorption from a medium of one channel (green, unless every channel gets normals of its own): distance is 1 / the effective
- * transport coefficient. `scattering` (reduced) and `absorption` in 1/mm, mm_per_unit millimetres per unit of the positions. Without absorption light goes any
- * distance: most_distance then decides. */
+/* Sets distance, scattering and absorption from a medium of one channel (green, unless every
+ * channel gets normals of its own): distance is 1 / the effective transport coefficient.
+ * `scattering` (reduced) and `absorption` in 1/mm, mm_per_unit millimetres per unit of the
+ * positions. Without absorption light goes any distance: most_distance then decides. */
 void dph_patro_set_medium(struct dph_patro_params *params, double scattering, double absorption,
                           double mm_per_unit);
 
@@ -48,10 +50,12 @@ struct dph_patro_report {
     double seconds;    /* wall clock                                                               */
 };
 
-/* Fills `out` (nvert x 3). `normal` (nvert x 3): the model's, those of equal positions are averaged, so that hard edges become smooth. Nullable:
- * angle-weighted ones. With a distance of 0, `out` is `normal`. A mean normal shorter than .05 (where opposite sides of a thin sheet cancel) is lengthened to that, in the
- * position's own direction if it has none. The same bytes for any number of threads and on any processor. `report` is Nullable.
- * False: DPH_ERROR_ARGUMENT, _INPUT, _MEMORY, _CANCELLED. */
+/* Fills `out` (nvert x 3). `normal` (nvert x 3): the model's, those of equal positions are
+ * averaged, so that hard edges become smooth. Nullable: angle-weighted ones. With a distance of
+ * 0, `out` is `normal`. A mean normal shorter than .05 (where opposite sides of a thin sheet
+ * cancel) is lengthened to that, in the position's own direction if it has none. The same bytes
+ * for any number of threads and on any processor. `report` is Nullable. False:
+ * DPH_ERROR_ARGUMENT, _INPUT, _MEMORY, _CANCELLED. */
 bool dph_patro_normals(const struct dph_bake_input *input, const float *normal,
                        const struct dph_patro_params *params, float *out, struct dph_patro_report *report,
                        struct dph_error *err);

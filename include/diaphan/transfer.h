@@ -1,9 +1,12 @@
-/* diaphan/transfer.h - precomputed radiance transfer: how a body answers to light from far away.      Tier 2.
+/* diaphan/transfer.h - precomputed radiance transfer: how a body answers to light from far away.
+ * Tier 2.
  *
- * For distant light with the SH coefficients l_i (environment.h), the radiance that leaves a position is the dot product of its transfer vector with l
- * (Sloan, Kautz, Snyder 2002). Four kinds of body: diffuse without shadows, with them, with light reflected on itself, and translucent (Sloan et
- * al. 2003; the dipole of Jensen et al. 2001, gathered as in Jensen, Buhler 2002). From plain arrays; no files, no GL. Light and body share their axes:
- * turn the light into the body's space, not the vectors. Lengths are in the unit of the positions. */
+ * For distant light with the SH coefficients l_i (environment.h), the radiance that leaves a
+ * position is the dot product of its transfer vector with l (Sloan, Kautz, Snyder 2002). Four
+ * kinds of body: diffuse without shadows, with them, with light reflected on itself, and
+ * translucent (Sloan et al. 2003; the dipole of Jensen et al. 2001, gathered as in Jensen,
+ * Buhler 2002). From plain arrays; no files, no GL. Light and body share their axes: turn the
+ * light into the body's space, not the vectors. Lengths are in the unit of the positions. */
 #ifndef DIAPHAN_TRANSFER_H
 #define DIAPHAN_TRANSFER_H
 
@@ -21,7 +24,8 @@ enum dph_transfer_kind {
     DPH_TRANSFER_IRRADIANCE,      /* shadowed irradiance that enters; 1 channel                              */
 };
 
-/* All fields have defaults: struct dph_transfer_params p = dph_transfer_defaults(); the media are those of no material. */
+/* All fields have defaults: struct dph_transfer_params p = dph_transfer_defaults(); the media
+ * are those of no material. */
 struct dph_transfer_params {
     enum dph_transfer_kind kind; /* DPH_TRANSFER_TRANSLUCENT                                       */
     int bands;                   /* 1 to 8; 6                                                      */
@@ -45,8 +49,8 @@ struct dph_transfer_params {
 
 struct dph_transfer_params dph_transfer_defaults(void);
 
-/* Transfer vectors of one body, a row a distinct position: what is drawn, compressed or stored. Owns its arrays. Safe to read from
- * several threads. */
+/* Transfer vectors of one body, a row a distinct position: what is drawn, compressed or stored.
+ * Owns its arrays. Safe to read from several threads. */
 struct dph_transfer {
     size_t npos, nvert;
     int bands, channels;   /* channels: 3 (RGB) or 1                                               */
@@ -70,10 +74,12 @@ struct dph_transfer_report {
     double seconds_sweep, seconds_project, seconds_gather; /* wall clock                           */
 };
 
-/* Bakes into `transfer`, which dph_transfer_finish empties. `report` is Nullable. Normals are the angle-weighted ones of the positions. The same input and
- * parameters give the same bytes for any number of threads and on any processor. Memory beside input and output: about 1 KiB a sample.
- * False: DPH_ERROR_ARGUMENT (a parameter out of range), DPH_ERROR_INPUT (an index out of range, a number that is not finite),
- * DPH_ERROR_MEMORY, DPH_ERROR_CANCELLED; `transfer` is then empty. */
+/* Bakes into `transfer`, which dph_transfer_finish empties. `report` is Nullable. Normals are
+ * the angle-weighted ones of the positions. The same input and parameters give the same bytes
+ * for any number of threads and on any processor. Memory beside input and output: about 1 KiB a
+ * sample. False: DPH_ERROR_ARGUMENT (a parameter out of range), DPH_ERROR_INPUT (an index out of
+ * range, a number that is not finite), DPH_ERROR_MEMORY, DPH_ERROR_CANCELLED; `transfer` is then
+ * empty. */
 bool dph_transfer_bake(const struct dph_bake_input *input, const struct dph_transfer_params *params,
                        struct dph_transfer *transfer, struct dph_transfer_report *report,
                        struct dph_error *err);

@@ -1,8 +1,11 @@
-/* The start-up stage: thickness from every position in all directions (sweep.c), projected to spherical harmonics (sh/project.c).
+/* The start-up stage: thickness from every position in all directions (sweep.c), projected to
+ * spherical harmonics (sh/project.c).
  *
- * Directions are independent, and so are positions. A block of direction pairs is swept by all threads, a pair each, into a panel of columns
- * over the positions; then all threads add the panel to the positions' running sums, a range of positions each. So never more
- * than a panel of samples is in memory, and every sum is made in the order of the directions, whatever the number of threads. */
+ * Directions are independent, and so are positions. A block of direction pairs is swept by all
+ * threads, a pair each, into a panel of columns over the positions; then all threads add the
+ * panel to the positions' running sums, a range of positions each. So never more than a panel of
+ * samples is in memory, and every sum is made in the order of the directions, whatever the
+ * number of threads. */
 #include <diaphan/bake.h>
 #include <diaphan/mesh.h>
 
@@ -19,7 +22,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A panel is at most this many pairs and, above the least number, this many bytes. Neither changes the result. */
+/* A panel is at most this many pairs and, above the least number, this many bytes. Neither
+ * changes the result. */
 enum { MOST_PAIRS = 64, LEAST_PAIRS = 16, PANEL_BYTES = 96 << 20 };
 
 /* Positions of one projection task: a multiple of 8. */
@@ -35,8 +39,8 @@ size_t dph_bake_size(const struct dph_bake_input *input, const struct dph_bake_p
     return input->nvert * (size_t)(params->bands * params->bands);
 }
 
-/* The s of the weights exp(-2 s S), from the material's effective transport coefficient and the largest side (docs/theory.md, "Weighted
- * fit"). */
+/* The s of the weights exp(-2 s S), from the material's effective transport coefficient and the
+ * largest side (docs/theory.md, "Weighted fit"). */
 static double weight_extinction(const struct dph_bake_params *params, const struct dph_welded *welded)
 {
     double side = params->largest_side > 0 ? params->largest_side : welded->side;

@@ -1,13 +1,17 @@
-/* The dipole: H. W. Jensen, S. Marschner, M. Levoy, P. Hanrahan, "A practical model for subsurface light transport", SIGGRAPH 2001.
+/* The dipole: H. W. Jensen, S. Marschner, M. Levoy, P. Hanrahan, "A practical model for
+ * subsurface light transport", SIGGRAPH 2001.
  *
- * Light that enters a half space is replaced by a point source one mean free path below the surface, and the boundary by an image source above it, so that the
- * diffuse flux vanishes at the extrapolated boundary. With the reduced extinction st' = ss' + sa, a' = ss' / st', s = sqrt(3 sa st'):
+ * Light that enters a half space is replaced by a point source one mean free path below the
+ * surface, and the boundary by an image source above it, so that the diffuse flux vanishes at
+ * the extrapolated boundary. With the reduced extinction st' = ss' + sa, a' = ss' / st', s =
+ * sqrt(3 sa st'):
  *
  *   zr = 1 / st',   zv = zr (1 + 4/3 A),   A = (1 + Fdr) / (1 - Fdr)
  *   Rd(r) = a' / (4 pi) sum over z in {zr, zv} of  z (s d + 1) exp(-s d) / d^3,   d^2 = r^2 + z^2
  *
- * zv counts upwards here, hence the sum. Since d/dd (exp(-s d) / d) = -(s d + 1) exp(-s d) / d^2, the integral of Rd from r to infinity
- * over rings is a' / 2 sum of z exp(-s d) / d, and over the whole plane a' / 2 (exp(-s zr) + exp(-s zv)). */
+ * zv counts upwards here, hence the sum. Since d/dd (exp(-s d) / d) = -(s d + 1) exp(-s d) /
+ * d^2, the integral of Rd from r to infinity over rings is a' / 2 sum of z exp(-s d) / d, and
+ * over the whole plane a' / 2 (exp(-s zr) + exp(-s zv)). */
 #include "bake/dipole.h"
 
 #include <math.h>

@@ -1,9 +1,12 @@
-/* The hierarchy of H. W. Jensen, J. Buhler, "A rapid hierarchical rendering technique for translucent materials", SIGGRAPH 2002, with vectors in the place of
- * irradiance: here, its building; octree_kernel.c gathers.
+/* The hierarchy of H. W. Jensen, J. Buhler, "A rapid hierarchical rendering technique for
+ * translucent materials", SIGGRAPH 2002, with vectors in the place of irradiance: here, its
+ * building; octree_kernel.c gathers.
  *
- * Samples are sorted by a Morton key of 3 x 21 bits, so that every cell of an octree is a contiguous run. A node with one occupied child is replaced by that child,
- * one with at most eight samples holds them itself; samples that share all 63 bits are split by number. A group stands for its samples with the sum of their areas, the
- * mean of their rows by area, and a centre weighted by area and by one column of the row (the even part of the irradiance). */
+ * Samples are sorted by a Morton key of 3 x 21 bits, so that every cell of an octree is a
+ * contiguous run. A node with one occupied child is replaced by that child, one with at most
+ * eight samples holds them itself; samples that share all 63 bits are split by number. A group
+ * stands for its samples with the sum of their areas, the mean of their rows by area, and a
+ * centre weighted by area and by one column of the row (the even part of the irradiance). */
 #include "bake/octree.h"
 
 #include "bake/octree_kernel.h"
@@ -124,7 +127,8 @@ static const struct group no_group = {.low = {INFINITY, INFINITY, INFINITY},
 
 static bool build(struct builder *b, int32_t at, size_t begin, size_t end, int level, struct group *group);
 
-/* Puts the sorted samples begin .. end - 1 into child `slot` of block `at`. False: out of memory. */
+/* Puts the sorted samples begin .. end - 1 into child `slot` of block `at`. False: out of
+ * memory. */
 static bool put(struct builder *b, int32_t at, int slot, size_t begin, size_t end, int level,
                 struct group *group)
 {
@@ -171,7 +175,8 @@ static bool put(struct builder *b, int32_t at, int slot, size_t begin, size_t en
     return true;
 }
 
-/* Fills block `at` with samples begin .. end - 1 (at least two), whose keys agree above `level`. False: out of memory. */
+/* Fills block `at` with samples begin .. end - 1 (at least two), whose keys agree above `level`.
+ * False: out of memory. */
 static bool build(struct builder *b, int32_t at, size_t begin, size_t end, int level, struct group *group)
 {
     const struct keyed *keyed = b->keyed;

@@ -1,4 +1,5 @@
-/* bake/octree.h - weighted sums over all points of a surface, near ones singly, far ones in groups.      Tier 2, private. */
+/* bake/octree.h - weighted sums over all points of a surface, near ones singly, far ones in
+ * groups.      Tier 2, private. */
 #ifndef DPH_BAKE_OCTREE_H
 #define DPH_BAKE_OCTREE_H
 
@@ -7,7 +8,8 @@
 #include <diaphan/error.h>
 #include <stdint.h>
 
-/* Samples on a surface, in the caller's memory as long as the tree lives. Those without area are left out. */
+/* Samples on a surface, in the caller's memory as long as the tree lives. Those without area are
+ * left out. */
 struct dph_octree_input {
     size_t count, stride;   /* stride: floats of a row, a multiple of 8                            */
     const float *position;  /* (count x 3) of the order of 1                                       */

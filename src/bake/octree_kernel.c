@@ -1,19 +1,26 @@
-/* Gathering over the octree (see octree.c), eight children, eight samples and eight columns at a time. Compiled with AVX2 and without; equal to the bit.
+/* Gathering over the octree (see octree.c), eight children, eight samples and eight columns at a
+ * time. Compiled with AVX2 and without; equal to the bit.
  *
- * From the root down, a group is taken as one sample where its extent^2 is below `solid_angle` times the squared distance of its centre; else its children are looked at.
- * The extent is the larger of area and longest side squared, so a group's own box is far behind the point when it passes, and no test whether the point is inside is
- * needed. What is taken is listed; for a full list the kernel's values follow, for all channels from one walk, and then the sums of the rows.
+ * From the root down, a group is taken as one sample where its extent^2 is below `solid_angle`
+ * times the squared distance of its centre; else its children are looked at. The extent is the
+ * larger of area and longest side squared, so a group's own box is far behind the point when it
+ * passes, and no test whether the point is inside is needed. What is taken is listed; for a full
+ * list the kernel's values follow, for all channels from one walk, and then the sums of the
+ * rows.
  *
- * A sample stands for a disc of its area. Far away K A is its integral. Nearby (area > .05 r^2, within eight radii) K may fall steeply over it, most of all where
- * samples are sparser than the mean free path, and the disc is integrated: seen from the point, its part at distance rho is an arc of the share f(rho) of a
- * circle, and the integral of 2 pi rho K from rho outwards is known, say F:
+ * A sample stands for a disc of its area. Far away K A is its integral. Nearby (area > .05 r^2,
+ * within eight radii) K may fall steeply over it, most of all where samples are sparser than the
+ * mean free path, and the disc is integrated: seen from the point, its part at distance rho is
+ * an arc of the share f(rho) of a circle, and the integral of 2 pi rho K from rho outwards is
+ * known, say F:
  *
  *   integral = F(0) - F(a - r) if r < a, plus the sum over rings of  f (F(rho) - F(rho'))
  *   f = acos((rho^2 + r^2 - a^2) / (2 rho r)) / pi
  *
  *   dipole  F = a'/2 sum of z exp(-s d) / d        exp  F = 2 pi l exp(-rho / l)        gauss  F = 2 pi l^2 exp(-rho^2 / (2 l^2))
  *
- * The seven rings' areas do not add up to the disc exactly; the result is scaled by what is missing. */
+ * The seven rings' areas do not add up to the disc exactly; the result is scaled by what is
+ * missing. */
 #include "bake/octree_kernel.h"
 
 #include "core/simd.h"
@@ -115,7 +122,8 @@ static void set_channel(const struct dph_gather *gather, int i, struct channel *
     c->total = kernel_beyond(gather->kind, c, dph_f8_set(0))[0];
 }
 
-/* acos over pi by Hastings' polynomial (Abramowitz and Stegun, 4.4.45), to 2e-5; the argument is cut to [-1, 1]. */
+/* acos over pi by Hastings' polynomial (Abramowitz and Stegun, 4.4.45), to 2e-5; the argument is
+ * cut to [-1, 1]. */
 static inline dph_f8 arc_share(dph_f8 x)
 {
     x = dph_f8_min(dph_f8_max(x, dph_f8_set(-1)), dph_f8_set(1));

@@ -1,14 +1,18 @@
-/* Changed normals: S. Patro, "Real-time approximation of subsurface scattering", 2007, as A. Tomaszewska and K. Stefanowski describe it: a local lighting model that changes
- * the model's normals and costs nothing when drawing. Scattering blurs irradiance,
+/* Changed normals: S. Patro, "Real-time approximation of subsurface scattering", 2007, as A.
+ * Tomaszewska and K. Stefanowski describe it: a local lighting model that changes the model's
+ * normals and costs nothing when drawing. Scattering blurs irradiance,
  *
  *   M(x) = sum over j of  w_xj max(0, n_j.L),   w_xj = A_j K(|x - x_j|) / sum of A_j K
  *
- * and without the clamp the sum is linear in the normals: M = N_x.L with N_x = sum of w_xj n_j. So N_x in the place of n makes plain Lambert shading a
- * blurred one. Neighbours count within three scattering distances.
+ * and without the clamp the sum is linear in the normals: M = N_x.L with N_x = sum of w_xj n_j.
+ * So N_x in the place of n makes plain Lambert shading a blurred one. Neighbours count within
+ * three scattering distances.
  *
- * The sums run over the octree of the dipole: within a distance of several percent of a large mesh are more neighbours than can be visited one by one. Groups are
- * taken whole within a solid angle of .01 (for same_side only where their normals nearly agree), and a position's own disc, where exp(-r)/r is infinite and the others steep, is
- * integrated as that of the dipole is, so that the result does not depend on how densely a surface is sampled. */
+ * The sums run over the octree of the dipole: within a distance of several percent of a large
+ * mesh are more neighbours than can be visited one by one. Groups are taken whole within a solid
+ * angle of .01 (for same_side only where their normals nearly agree), and a position's own disc,
+ * where exp(-r)/r is infinite and the others steep, is integrated as that of the dipole is, so
+ * that the result does not depend on how densely a surface is sampled. */
 #include <diaphan/patro.h>
 
 #include "bake/octree.h"
@@ -93,7 +97,8 @@ static bool check_params(const struct dph_patro_params *p, struct dph_error *err
     return true;
 }
 
-/* One unit normal a position: of the given ones their normalised sum, where that has a direction. */
+/* One unit normal a position: of the given ones their normalised sum, where that has a
+ * direction. */
 static bool position_normals(const struct dph_bake_input *input, const float *normal,
                              const struct dph_welded *w, float *out, struct dph_error *err)
 {

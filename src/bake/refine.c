@@ -1,7 +1,9 @@
-/* Refinement: edges are halved at their midpoints, pass by pass, every edge longer than a threshold that falls from the longest edge to the wanted
- * spacing. Whether an edge is halved depends on the edge alone, so both of its triangles agree, and each triangle is then cut into two, three or
- * four according to how many of its edges were. The pass that would make too many positions is tried with higher thresholds and then left out:
- * the samples become sparser than wanted, evenly over the body. */
+/* Refinement: edges are halved at their midpoints, pass by pass, every edge longer than a
+ * threshold that falls from the longest edge to the wanted spacing. Whether an edge is halved
+ * depends on the edge alone, so both of its triangles agree, and each triangle is then cut into
+ * two, three or four according to how many of its edges were. The pass that would make too many
+ * positions is tried with higher thresholds and then left out: the samples become sparser than
+ * wanted, evenly over the body. */
 #include "bake/refine.h"
 
 #include "core/fail.h"
@@ -52,8 +54,9 @@ static size_t find_edge(const struct edges *edges, uint32_t a, uint32_t b)
     return at;
 }
 
-/* Lists the edges longer than `threshold`, and numbers their midpoints from `first` on. `count` is the number of edges even where it exceeds `most`;
- * the table is then not filled. False: out of memory. */
+/* Lists the edges longer than `threshold`, and numbers their midpoints from `first` on. `count`
+ * is the number of edges even where it exceeds `most`; the table is then not filled. False: out
+ * of memory. */
 static bool list_edges(const struct dph_refined *mesh, double threshold, size_t most, struct edges *edges)
 {
     size_t corners = 0; /* every edge is seen at most as often as it is a side */
@@ -89,7 +92,8 @@ static void edges_finish(struct edges *edges)
     free(edges->midpoint);
 }
 
-/* Cuts one triangle by its halved edges (m[k] is the midpoint of side k, k+1, or UINT32_MAX). Returns the triangles written. */
+/* Cuts one triangle by its halved edges (m[k] is the midpoint of side k, k+1, or UINT32_MAX).
+ * Returns the triangles written. */
 static size_t cut(const uint32_t corner[3], const uint32_t m[3], uint32_t *out)
 {
     const uint32_t none = UINT32_MAX;
@@ -119,7 +123,8 @@ static size_t cut(const uint32_t corner[3], const uint32_t m[3], uint32_t *out)
     return 3;
 }
 
-/* One pass over the mesh with a filled table. False: out of memory, the mesh is unchanged or has more room than it needs. */
+/* One pass over the mesh with a filled table. False: out of memory, the mesh is unchanged or has
+ * more room than it needs. */
 static bool halve(struct dph_refined *mesh, const struct edges *edges)
 {
     float *position = realloc(mesh->position, (mesh->npos + edges->count) * 3 * sizeof *position);

@@ -1,21 +1,24 @@
 /* The sweep: thickness of all positions along one direction and its opposite, without rays.
  *
- * Every vertex of a bake asks for the same directions, so the loops are turned round: for one direction d, project all positions
- * and all triangles along d, and let each triangle find the positions that it covers. A position covered at depth z below or above its own gets a
- * crossing at distance dz = z - own z; the crossing leaves matter where the triangle faces along d. From the crossings of
- * a position follow, for +d (dz > 0) and -d (dz < 0) in the same pass:
+ * Every vertex of a bake asks for the same directions, so the loops are turned round: for one
+ * direction d, project all positions and all triangles along d, and let each triangle find the
+ * positions that it covers. A position covered at depth z below or above its own gets a crossing
+ * at distance dz = z - own z; the crossing leaves matter where the triangle faces along d. From
+ * the crossings of a position follow, for +d (dz > 0) and -d (dz < 0) in the same pass:
  *   inside length   sum of s dz, s = 1 where matter is left and -1 where it is entered; the order does not matter
  *   first exit      the nearest crossing, if it leaves matter
  *   farthest exit   the farthest crossing that leaves matter
  *   hit balance     sum of s: 1 where the ray starts inside, 0 outside; anything else cannot be trusted. On which side it starts is
  *                   told by the triangles that touch the position
- * Triangles that touch the position by index are left out, they cross at distance 0; nothing needs an epsilon.
+ * Triangles that touch the position by index are left out, they cross at distance 0; nothing
+ * needs an epsilon.
  *
- * Positions are counting-sorted into a grid over the projection, about one a cell; a triangle visits the rows of cells that its box
- * covers, and in each row a contiguous run of positions, eight at a time. sweep_kernel.c has these loops and says why every
- * position is covered exactly once where triangles share an edge. Depth comes from single precision, except for triangles seen nearly
- * from the side, where a small error across becomes a large one along d: those are cut in double precision, from
- * the input's own coordinates. */
+ * Positions are counting-sorted into a grid over the projection, about one a cell; a triangle
+ * visits the rows of cells that its box covers, and in each row a contiguous run of positions,
+ * eight at a time. sweep_kernel.c has these loops and says why every position is covered exactly
+ * once where triangles share an edge. Depth comes from single precision, except for triangles
+ * seen nearly from the side, where a small error across becomes a large one along d: those are
+ * cut in double precision, from the input's own coordinates. */
 #include "bake/sweep.h"
 
 #include "bake/sweep_kernel.h"
@@ -43,7 +46,8 @@ struct keyed {
     uint32_t id;
 };
 
-/* Stable radix sort by the low `bits` of the keys; `other` is scratch of the same size. Returns whichever holds the result. */
+/* Stable radix sort by the low `bits` of the keys; `other` is scratch of the same size. Returns
+ * whichever holds the result. */
 static struct keyed *radix_sort(struct keyed *items, struct keyed *other, size_t count, int bits)
 {
     for (int shift = 0; shift < bits; shift += 12) {
@@ -61,8 +65,9 @@ static struct keyed *radix_sort(struct keyed *items, struct keyed *other, size_t
     return items;
 }
 
-/* Whether every edge is run along as often one way as the other, so that the surface has no border. The edges' hashes cancel where it is
- * so, and have one chance in 2^64 to do so where it is not; that would cost no more than some flags of bad pairs. */
+/* Whether every edge is run along as often one way as the other, so that the surface has no
+ * border. The edges' hashes cancel where it is so, and have one chance in 2^64 to do so where it
+ * is not; that would cost no more than some flags of bad pairs. */
 static bool is_closed(const uint32_t *index, size_t ntri)
 {
     uint64_t sum = 0;
@@ -79,7 +84,8 @@ static bool is_closed(const uint32_t *index, size_t ntri)
     return sum == 0;
 }
 
-/* Positions along a Morton curve: neighbours in space become neighbours in memory. Fills order and x, y, z. */
+/* Positions along a Morton curve: neighbours in space become neighbours in memory. Fills order
+ * and x, y, z. */
 static bool order_positions(struct dph_sweep *sweep)
 {
     size_t npos = sweep->npos;
@@ -125,7 +131,8 @@ static bool order_positions(struct dph_sweep *sweep)
     return ok;
 }
 
-/* Triangles by their lowest corner, so that they come in the order of the positions; those without three different corners are left out. */
+/* Triangles by their lowest corner, so that they come in the order of the positions; those
+ * without three different corners are left out. */
 static bool order_triangles(struct dph_sweep *sweep, const uint32_t *index, size_t ntri)
 {
     uint32_t *place = dph_alloc(sweep->npos, sizeof *place);
@@ -217,8 +224,9 @@ struct dph_sweep_scratch *dph_sweep_scratch_create(const struct dph_sweep *sweep
     if (!scratch)
         goto error;
     size_t slots = sweep->padded + 8; /* runs of eight may begin at the last slot */
-    /* columns * rows <= npos * CELLS + columns + rows + 1, columns <= npos * ASPECT + 1, rows <= npos / ASPECT + 1; the last strip may
-     * be half empty; and `to` of the fast loop looks beyond the last row by a few rows and the width of the box */
+    /* columns * rows <= npos * CELLS + columns + rows + 1, columns <= npos * ASPECT + 1, rows <=
+     * npos / ASPECT + 1; the last strip may be half empty; and `to` of the fast loop looks
+     * beyond the last row by a few rows and the width of the box */
     size_t cells = (size_t)(2.0 * (double)sweep->npos * (DPH_SWEEP_CELLS + DPH_SWEEP_ASPECT + 1)) +
                    ((DPH_SWEEP_ROWS + 2) << DPH_SWEEP_STRIP) + 64;
     cells += (size_t)(DPH_SWEEP_ASPECT * (float)sweep->npos);
@@ -338,7 +346,8 @@ size_t dph_sweep_run(const struct dph_sweep *sweep, struct dph_sweep_scratch *sc
     return bad;
 }
 
-/* The kernel's key of the nearest crossing, whose last bit is 1 for an exit, as a signed distance. */
+/* The kernel's key of the nearest crossing, whose last bit is 1 for an exit, as a signed
+ * distance. */
 static float signed_distance(float key, float unit)
 {
     uint32_t bits;

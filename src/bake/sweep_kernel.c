@@ -1,16 +1,22 @@
-/* The inner loops of the sweep (see sweep.c for the whole story). Compiled once with AVX2 and once without; equal to the bit.
+/* The inner loops of the sweep (see sweep.c for the whole story). Compiled once with AVX2 and
+ * once without; equal to the bit.
  *
- * Crossings. Seen along the direction, a position p lies in a projected triangle or not, and the answers of all triangles must fit
- * together: on a closed mesh every p has to be covered by as many triangles that face one way as the other, whatever is rounded.
- * So coverage is put together from the edges, each of which gives both of its triangles the same number: the corners of a triangle are
- * sorted by y into lo, mid, hi; p is in the triangle's range where lo.y <= p.y < hi.y; there it is compared with the long
- * edge lo-hi and with one short edge, lo-mid or mid-hi; it is inside where it is strictly left of exactly one of the two. An edge is always evaluated
- * upwards from its lower end, as cross(hi - lo, p - lo) > 0, so the sign does not depend on the triangle that asks, and the
- * crossings of the edges around any closed surface cancel, even where roundings of neighbouring edges contradict each other. (This
- * is the winding number by edge crossings, as for polygons, a half-open interval in y and a strict comparison in x.)
+ * Crossings. Seen along the direction, a position p lies in a projected triangle or not, and the
+ * answers of all triangles must fit together: on a closed mesh every p has to be covered by as
+ * many triangles that face one way as the other, whatever is rounded. So coverage is put
+ * together from the edges, each of which gives both of its triangles the same number: the
+ * corners of a triangle are sorted by y into lo, mid, hi; p is in the triangle's range where
+ * lo.y <= p.y < hi.y; there it is compared with the long edge lo-hi and with one short edge,
+ * lo-mid or mid-hi; it is inside where it is strictly left of exactly one of the two. An edge is
+ * always evaluated upwards from its lower end, as cross(hi - lo, p - lo) > 0, so the sign does
+ * not depend on the triangle that asks, and the crossings of the edges around any closed surface
+ * cancel, even where roundings of neighbouring edges contradict each other. (This is the winding
+ * number by edge crossings, as for polygons, a half-open interval in y and a strict comparison
+ * in x.)
  *
- * Bounds. Rounding is monotone, hence p right of both ends of an edge is never found left of it, and p left of both ends is found
- * left of it except where the two products are equal to the last bit; a margin of 1e-6 on the left covers that. */
+ * Bounds. Rounding is monotone, hence p right of both ends of an edge is never found left of it,
+ * and p left of both ends is found left of it except where the two products are equal to the
+ * last bit; a margin of 1e-6 on the left covers that. */
 #include "bake/sweep_kernel.h"
 #include "core/simd.h"
 
@@ -18,8 +24,8 @@
 
 enum { BLOCK = 64, ITEMS = 512 };
 
-/* Triangles with their corners sorted by projected y, and what is needed to test eight positions against one of them. Lengths of the
- * array: one entry a triangle of the block. */
+/* Triangles with their corners sorted by projected y, and what is needed to test eight positions
+ * against one of them. Lengths of the array: one entry a triangle of the block. */
 struct dph_sweep_block {
     float x0[BLOCK], y0[BLOCK], z0[BLOCK]; /* lo                                                    */
     float x1[BLOCK], y1[BLOCK];            /* mid                                                   */
@@ -117,7 +123,8 @@ static void project(const struct dph_sweep *sweep, struct dph_sweep_scratch *scr
         left = fminf(left, x_min[i]), right = fmaxf(right, x_max[i]);
         bottom = fminf(bottom, y_min[i]), top = fmaxf(top, y_max[i]);
     }
-    /* Flat boxes must not get more cells than dph_sweep_scratch_create made room for, nor large meshes more than can be numbered. */
+    /* Flat boxes must not get more cells than dph_sweep_scratch_create made room for, nor large
+     * meshes more than can be numbered. */
     float width = right - left + 1e-5f, height = top - bottom + 1e-5f;
     float side = sqrtf(width * height / fminf((float)npos * DPH_SWEEP_CELLS, 2.5e8f));
     float least = fmaxf(width, height) / (float)npos;
@@ -217,8 +224,8 @@ static inline void prepare(struct dph_sweep_block *block, int i, const float *ro
     dph_f8 inverse = 1 / area;
     dph_f8 x_min = min8(min8(a[0], b[0]), c[0]), x_max = max8(max8(a[0], b[0]), c[0]);
     dph_f8 z_min = min8(min8(a[2], b[2]), c[2]), z_max = max8(max8(a[2], b[2]), c[2]);
-    /* The depth's rounding error is that of the coordinates, some 1e-7, times the z extent over the height of the projected triangle.
-     * Not-a-number (no area at all) counts as steep. */
+    /* The depth's rounding error is that of the coordinates, some 1e-7, times the z extent over
+     * the height of the projected triangle. Not-a-number (no area at all) counts as steep. */
     dph_f8 extent = max8(x_max - x_min, dy02);
     dph_i8 steep = ~((z_max - z_min) * extent <= DPH_SWEEP_STEEP * abs8(area));
 
@@ -262,10 +269,10 @@ static inline uint64_t pack_item(uint32_t slot, int triangle, uint32_t count)
     return slot | (uint64_t)triangle << 32 | (uint64_t)count << 48;
 }
 
-/* Finds which items have a crossing. Returns their number.
- * A triangle's own corners cross at no distance and add no length. Of them only mid can be covered, or lo where both are equally high: hi
- * is out of range, and lo is on both of its edges, hence left of none. They only matter on open meshes, to tell whether a ray
- * starts inside (see finish). */
+/* Finds which items have a crossing. Returns their number. A triangle's own corners cross at no
+ * distance and add no length. Of them only mid can be covered, or lo where both are equally
+ * high: hi is out of range, and lo is on both of its edges, hence left of none. They only matter
+ * on open meshes, to tell whether a ray starts inside (see finish). */
 static int find_hits(struct dph_sweep_block *block, const struct dph_sweep_scratch *scratch, int items)
 {
     int hits = 0;
@@ -290,7 +297,8 @@ static int find_hits(struct dph_sweep_block *block, const struct dph_sweep_scrat
     return hits;
 }
 
-/* Depth of a steep triangle's plane over a position, by the input's own coordinates in double precision. */
+/* Depth of a steep triangle's plane over a position, by the input's own coordinates in double
+ * precision. */
 static float steep_depth(const struct dph_sweep *sweep, const struct dph_sweep_scratch *scratch,
                          const struct dph_sweep_frame *frame, const struct dph_sweep_block *block,
                          int t, uint32_t slot)
@@ -315,7 +323,8 @@ static float steep_depth(const struct dph_sweep *sweep, const struct dph_sweep_s
     const double *d = frame->direction;
     double along = normal[0] * d[0] + normal[1] * d[1] + normal[2] * d[2];
     double depth = (normal[0] * to[0] + normal[1] * to[1] + normal[2] * to[2]) / along / sweep->unit;
-    /* Seen exactly from the side, or covered by a rounding only: the plane may be far from the triangle there. */
+    /* Seen exactly from the side, or covered by a rounding only: the plane may be far from the
+     * triangle there. */
     float pz = scratch->sz[slot], low = block->z_min[t] - pz, high = block->z_max[t] - pz;
     float dz = (float)depth;
     if (!(dz >= low))
@@ -329,7 +338,8 @@ static inline void keep_triangle(int32_t *near, dph_i8 nearer, int32_t id)
     store_i8(near, (load_i8(near) & ~nearer) | (dph_i8_set(id) & nearer));
 }
 
-/* Keeps the nearest crossing on either side, its last bit telling an exit from an entry, and its triangle where that is wanted. */
+/* Keeps the nearest crossing on either side, its last bit telling an exit from an entry, and its
+ * triangle where that is wanted. */
 static inline void keep_nearest(struct dph_sweep_scratch *scratch, size_t s, int32_t id, dph_f8 dz,
                                 dph_i8 ahead, dph_i8 behind, dph_i8 leaves)
 {
@@ -392,8 +402,9 @@ static void add_hits(const struct dph_sweep *sweep, struct dph_sweep_scratch *sc
     }
 }
 
-/* The columns that triangle t covers within eight rows of cells from `row` on, for triangles much larger than a cell. The rows are widened by
- * more than the rounding of their bounds, and so is the result; column0 > column1 where a row has none. */
+/* The columns that triangle t covers within eight rows of cells from `row` on, for triangles
+ * much larger than a cell. The rows are widened by more than the rounding of their bounds, and
+ * so is the result; column0 > column1 where a row has none. */
 static inline void clip_to_rows(const struct dph_sweep_block *block, const struct dph_sweep_grid *grid,
                                 int t, int row, int32_t *column0, int32_t *column1)
 {
@@ -429,8 +440,8 @@ static void test_items(const struct dph_sweep *sweep, struct dph_sweep_scratch *
     add_hits(sweep, scratch, frame, definition, find_hits(scratch->block, scratch, items));
 }
 
-/* Lists the runs of slots that a large triangle covers, or one in several strips, and tests the list whenever it is full. Returns its
- * new length. */
+/* Lists the runs of slots that a large triangle covers, or one in several strips, and tests the
+ * list whenever it is full. Returns its new length. */
 static __attribute__((noinline)) int list_large(const struct dph_sweep *sweep,
                                                 struct dph_sweep_scratch *scratch,
                                                 const struct dph_sweep_frame *frame,
@@ -466,7 +477,8 @@ static __attribute__((noinline)) int list_large(const struct dph_sweep *sweep,
     return items;
 }
 
-/* All triangles against all positions: fills plus, minus and balance, which the caller has set to their starting values. */
+/* All triangles against all positions: fills plus, minus and balance, which the caller has set
+ * to their starting values. */
 static void cross(const struct dph_sweep *sweep, struct dph_sweep_scratch *scratch,
                   const struct dph_sweep_frame *frame, enum dph_definition definition)
 {
@@ -481,8 +493,8 @@ static void cross(const struct dph_sweep *sweep, struct dph_sweep_scratch *scrat
                     &scratch->grid, sweep->closed);
         int items = 0;
         for (int t = 0; t < count; t++) {
-            /* A run a row of cells. Nearly always there are few rows and short runs: write what could be wanted, count what is, and
-             * there is no branch to be guessed wrong. */
+            /* A run a row of cells. Nearly always there are few rows and short runs: write what
+             * could be wanted, count what is, and there is no branch to be guessed wrong. */
             const uint32_t *from = scratch->start + block->cell[t];
             const uint32_t *to = from + (block->column1[t] - block->column0[t]) + 1;
             uint32_t rows = (uint32_t)(block->row1[t] - block->row0[t]) + 1, longest = 0;
@@ -509,19 +521,22 @@ static void cross(const struct dph_sweep *sweep, struct dph_sweep_scratch *scrat
     }
 }
 
-/* The length that the key of a nearest crossing stands for: 0 where that is an entry, or where there is none. */
+/* The length that the key of a nearest crossing stands for: 0 where that is an entry, or where
+ * there is none. */
 static inline dph_f8 first_exit(const float *key)
 {
     dph_f8 nearest = dph_f8_load(key);
     return dph_f8_and(nearest, -((dph_i8)nearest & 1));
 }
 
-/* Sums into lengths in the unit of the input, in plus and minus, and `balance` into flags: 1 bad along +d, 2 bad along -d. Returns the
- * number of bad values.
- * A balance must be 1 where the ray starts inside and 0 where it starts outside. Which it does is told by the triangles around the position: where
- * they leave matter along d, the ray along +d starts outside and the one along -d inside; where they enter it, the other way round; where they
- * do neither, both rays start on the same side. On a closed mesh the three sums cancel, ahead - behind + own = 0; where they do
- * not, a border is in the way, and the side that contradicts the triangles around the position is bad, or both if these do not tell. */
+/* Sums into lengths in the unit of the input, in plus and minus, and `balance` into flags: 1 bad
+ * along +d, 2 bad along -d. Returns the number of bad values. A balance must be 1 where the ray
+ * starts inside and 0 where it starts outside. Which it does is told by the triangles around the
+ * position: where they leave matter along d, the ray along +d starts outside and the one along
+ * -d inside; where they enter it, the other way round; where they do neither, both rays start on
+ * the same side. On a closed mesh the three sums cancel, ahead - behind + own = 0; where they do
+ * not, a border is in the way, and the side that contradicts the triangles around the position
+ * is bad, or both if these do not tell. */
 static size_t finish(const struct dph_sweep *sweep, struct dph_sweep_scratch *scratch,
                      enum dph_definition definition)
 {

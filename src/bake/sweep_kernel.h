@@ -1,11 +1,13 @@
-/* bake/sweep_kernel.h - what the two halves of the sweep share: sweep.c prepares, sweep_kernel.c does the inner loops.      Private. */
+/* bake/sweep_kernel.h - what the two halves of the sweep share: sweep.c prepares, sweep_kernel.c
+ * does the inner loops.      Private. */
 #ifndef DPH_BAKE_SWEEP_KERNEL_H
 #define DPH_BAKE_SWEEP_KERNEL_H
 
 #include <diaphan/thickness.h>
 #include <stdbool.h>
 
-/* Positions and triangles in the sweep's order. Lengths are in units of the bounding sphere's radius. */
+/* Positions and triangles in the sweep's order. Lengths are in units of the bounding sphere's
+ * radius. */
 struct dph_sweep {
     size_t npos, padded;    /* padded: npos rounded up to a multiple of 8                             */
     size_t ntri;
@@ -18,20 +20,23 @@ struct dph_sweep {
     const struct dph_sweep_kernel *kernel;
 };
 
-/* The grid: cells a position over the projected positions' box (half of which is empty), and how much taller than wide the cells are,
- * as a square root. Tall cells make fewer runs, narrow ones shorter runs. */
+/* The grid: cells a position over the projected positions' box (half of which is empty), and how
+ * much taller than wide the cells are, as a square root. Tall cells make fewer runs, narrow ones
+ * shorter runs. */
 #define DPH_SWEEP_CELLS 3.0f
 #define DPH_SWEEP_ASPECT 2.0f
 
-/* Rows of cells that nearly all triangles keep to; the grid's offsets are readable that many rows beyond its end. */
+/* Rows of cells that nearly all triangles keep to; the grid's offsets are readable that many
+ * rows beyond its end. */
 #define DPH_SWEEP_ROWS 3
 
-/* A triangle whose z extent times projected size exceeds its projected area by this factor is "steep": single precision is not
- * enough for its depth. */
+/* A triangle whose z extent times projected size exceeds its projected area by this factor is
+ * "steep": single precision is not enough for its depth. */
 #define DPH_SWEEP_STEEP 40.0f
 
-/* Cells over the projected positions of one direction. They are numbered strip by strip, a strip being a power of two of columns, and row by row in
- * a strip: what is near in the projection is near in memory, and neighbouring cells of one row of a strip follow each other. */
+/* Cells over the projected positions of one direction. They are numbered strip by strip, a strip
+ * being a power of two of columns, and row by row in a strip: what is near in the projection is
+ * near in memory, and neighbouring cells of one row of a strip follow each other. */
 struct dph_sweep_grid {
     float left, bottom, per_x, per_y;
     int rows, columns;
@@ -40,7 +45,8 @@ struct dph_sweep_grid {
 
 #define DPH_SWEEP_STRIP 7 /* the largest shift */
 
-/* One direction's projection of the positions, sorted into the grid's cells row by row: a "slot" is a place in that order. */
+/* One direction's projection of the positions, sorted into the grid's cells row by row: a "slot"
+ * is a place in that order. */
 struct dph_sweep_scratch {
     struct dph_sweep_grid grid;
     float *rotated;         /* (padded x 4) x, y, z in the direction's frame, and the slot as bits     */
@@ -54,7 +60,8 @@ struct dph_sweep_scratch {
     bool careful;           /* there have been bad pairs: keep the nearest crossings along with the lengths */
     int32_t *balance;       /* (padded + 8) exits minus entries: +d in the low 16 bits, -d above         */
     int32_t *own;           /* (padded + 8) exits minus entries of the triangles around the slot's own position, of open meshes */
-    /* the triangle of the nearest crossing, where dph_sweep_nearest was asked for it; NULL until then */
+    /* the triangle of the nearest crossing, where dph_sweep_nearest was asked for it; NULL until
+     * then */
     int32_t *near_plus, *near_minus; /* (npos + 8)                                                   */
     struct dph_sweep_block *block;
 };
@@ -71,11 +78,12 @@ struct dph_sweep_kernel {
     /* Projects and sorts the positions: fills everything of the scratch but the sums. */
     void (*project)(const struct dph_sweep *sweep, struct dph_sweep_scratch *scratch,
                     const struct dph_sweep_frame *frame);
-    /* Adds the crossings of all triangles to plus, minus and balance, and to the nearest ones where they are wanted. */
+    /* Adds the crossings of all triangles to plus, minus and balance, and to the nearest ones
+     * where they are wanted. */
     void (*cross)(const struct dph_sweep *sweep, struct dph_sweep_scratch *scratch,
                   const struct dph_sweep_frame *frame, enum dph_definition definition);
-    /* Turns the sums into lengths in the unit of the input, in plus and minus, and balance into flags: 1 bad along +d, 2 bad along -d.
-     * Returns the number of bad values. */
+    /* Turns the sums into lengths in the unit of the input, in plus and minus, and balance into
+     * flags: 1 bad along +d, 2 bad along -d. Returns the number of bad values. */
     size_t (*finish)(const struct dph_sweep *sweep, struct dph_sweep_scratch *scratch,
                      enum dph_definition definition);
 };

@@ -1,19 +1,23 @@
 /* Precomputed radiance transfer for the kinds of transfer.h.
  *
- * Diffuse (P.-P. Sloan, J. Kautz, J. Snyder, "Precomputed radiance transfer for real-time rendering in dynamic, low-frequency lighting environments",
- * SIGGRAPH 2002). With the irradiance transfer E_i of visibility.c, radiance is albedo / pi E_i; without shadows E_i = A_l y_i(n), A_l the coefficients
- * of the clamped cosine. Light that the body reflects on itself is a series in the albedo,
+ * Diffuse (P.-P. Sloan, J. Kautz, J. Snyder, "Precomputed radiance transfer for real-time
+ * rendering in dynamic, low-frequency lighting environments", SIGGRAPH 2002). With the
+ * irradiance transfer E_i of visibility.c, radiance is albedo / pi E_i; without shadows E_i =
+ * A_l y_i(n), A_l the coefficients of the clamped cosine. Light that the body reflects on itself
+ * is a series in the albedo,
  *
  *   b = sum over k of  albedo^(k+1) T_k,   T_0 = E / pi,   T_(k+1)(x) = 1/pi integral of (1 - V) max(0, n.s) T_k(q(s)) ds
  *
  * whose terms do not depend on it: one series serves all channels.
  *
- * Translucent (P.-P. Sloan, J. Hall, J. Hart, J. Snyder, "Clustered principal components for precomputed radiance transfer", SIGGRAPH 2003, with the
- * light transport of Jensen et al. 2001). Irradiance enters, the dipole carries it to x, and it leaves evenly in all directions:
+ * Translucent (P.-P. Sloan, J. Hall, J. Hart, J. Snyder, "Clustered principal components for
+ * precomputed radiance transfer", SIGGRAPH 2003, with the light transport of Jensen et al.
+ * 2001). Irradiance enters, the dipole carries it to x, and it leaves evenly in all directions:
  *
  *   M_i(x) = sum over samples q of  Rd(|x - q|) A_q E_i(q),   b_i = M_i / pi
  *
- * Fresnel's transmittance stands once at the entry, in E; the reflection inside is part of Rd, which counts flux that has left. */
+ * Fresnel's transmittance stands once at the entry, in E; the reflection inside is part of Rd,
+ * which counts flux that has left. */
 #include <diaphan/transfer.h>
 
 #include "bake/octree.h"
@@ -267,7 +271,8 @@ static bool translucent(struct job *job, struct dph_error *err)
     struct dph_octree *tree = NULL;
     bool ok = false;
 
-    /* Samples an area of pi mean free paths squared apart, which an even lattice of triangles has at this length of edges. */
+    /* Samples an area of pi mean free paths squared apart, which an even lattice of triangles
+     * has at this length of edges. */
     double extinction = 0;
     for (int c = 0; c < 3; c++)
         if (params->scattering[c] > 0)
@@ -313,7 +318,8 @@ static bool translucent(struct job *job, struct dph_error *err)
         area[i] = (float)(thirds[p] / (unit * unit));
     }
     for (int c = 0; c < 3; c++) {
-        /* Opaque, or all but nothing: single precision has limits, which no surface's samples can show. */
+        /* Opaque, or all but nothing: single precision has limits, which no surface's samples
+         * can show. */
         double reduced = params->scattering[c] * unit, absorbed = params->absorption[c] * unit;
         double scale = fmin(1, 1e9 / (reduced + absorbed));
         dph_dipole_init(&s.gather.dipole[c], reduced < 1e-9 ? 0 : reduced * scale, absorbed * scale, params->ior);

@@ -1,14 +1,18 @@
-/* Irradiance transfer: what the hemisphere over every position sees of the light far away, and of the body itself.
+/* Irradiance transfer: what the hemisphere over every position sees of the light far away, and
+ * of the body itself.
  *
  *   E_i(x) = integral of V(x, s) max(0, n.s) Ft(n.s) y_i(s) ds
  *
- * Visibility V comes from the sweep: a direction s with n.s > 0 is free where no triangle is crossed ahead. A ray that enters matter at its very start, below
- * the horizon of the triangles around its position, leaves it again, and is not free. As in the bake of thickness (bake.c), a block of direction pairs is
- * swept by all threads into a panel of columns, and all threads then add the panel to their positions' sums in the order of the directions.
+ * Visibility V comes from the sweep: a direction s with n.s > 0 is free where no triangle is
+ * crossed ahead. A ray that enters matter at its very start, below the horizon of the triangles
+ * around its position, leaves it again, and is not free. As in the bake of thickness (bake.c), a
+ * block of direction pairs is swept by all threads into a panel of columns, and all threads then
+ * add the panel to their positions' sums in the order of the directions.
  *
- * Light that the body reflects on itself (Sloan, Kautz, Snyder 2002) needs what is hit and where: the sweep knows the triangle and the distance of
- * the nearest crossing. One pass over the directions makes one bounce; nothing is kept of the rays between passes, since sweeping again is faster than
- * reading that much memory would be worth. */
+ * Light that the body reflects on itself (Sloan, Kautz, Snyder 2002) needs what is hit and
+ * where: the sweep knows the triangle and the distance of the nearest crossing. One pass over
+ * the directions makes one bounce; nothing is kept of the rays between passes, since sweeping
+ * again is faster than reading that much memory would be worth. */
 #include "bake/visibility.h"
 
 #include "bake/dipole.h"
@@ -29,8 +33,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A panel is at most this many pairs and, above the least number, this many bytes; positions of one task, a multiple of 8. None of them changes
- * the result. */
+/* A panel is at most this many pairs and, above the least number, this many bytes; positions of
+ * one task, a multiple of 8. None of them changes the result. */
 enum { MOST_PAIRS = 64, LEAST_PAIRS = 16, PANEL_BYTES = 96 << 20, TASK_POSITIONS = 512 };
 
 struct dph_visibility {

@@ -1,12 +1,13 @@
-/* bake/visibility.h - light that reaches the positions of a body from far away, past the body itself.      Tier 2, private. */
+/* bake/visibility.h - light that reaches the positions of a body from far away, past the body
+ * itself.      Tier 2, private. */
 #ifndef DPH_BAKE_VISIBILITY_H
 #define DPH_BAKE_VISIBILITY_H
 
 #include <diaphan/error.h>
 #include <stdint.h>
 
-/* A mesh ready for it. Results have a row a position, in the sweep's order, in which neighbours in space are neighbours in memory;
- * rows are padded to a multiple of eight floats with zeros. */
+/* A mesh ready for it. Results have a row a position, in the sweep's order, in which neighbours
+ * in space are neighbours in memory; rows are padded to a multiple of eight floats with zeros. */
 struct dph_visibility;
 
 struct dph_visibility_params {
@@ -33,12 +34,15 @@ const uint32_t *dph_visibility_order(const struct dph_visibility *visibility);
 /* Unit normals in the caller's order. (npos x 3) */
 const float *dph_visibility_normals(const struct dph_visibility *visibility);
 
-/* E_i = integral of V max(0, n.s) Ft(ior, n.s) y_i(s) ds. `out` (npos x stride). False: DPH_ERROR_MEMORY, _CANCELLED. */
+/* E_i = integral of V max(0, n.s) Ft(ior, n.s) y_i(s) ds. `out` (npos x stride). False:
+ * DPH_ERROR_MEMORY, _CANCELLED. */
 bool dph_visibility_irradiance(struct dph_visibility *visibility, double ior, float *out,
                                struct dph_error *err);
 
-/* Irradiance from the body's own surface, which sends out what `from` says evenly: integral of (1 - V) max(0, n.s) from(q(s)) ds, with q the surface point
- * seen along s from outside, interpolated between its triangle's positions. Both (npos x stride). False: DPH_ERROR_MEMORY, _CANCELLED. */
+/* Irradiance from the body's own surface, which sends out what `from` says evenly: integral of
+ * (1 - V) max(0, n.s) from(q(s)) ds, with q the surface point seen along s from outside,
+ * interpolated between its triangle's positions. Both (npos x stride). False: DPH_ERROR_MEMORY,
+ * _CANCELLED. */
 bool dph_visibility_bounce(struct dph_visibility *visibility, const float *from, float *out,
                            struct dph_error *err);
 

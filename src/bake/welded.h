@@ -1,4 +1,5 @@
-/* bake/welded.h - a mesh with one row a position: what every bake works on.      Tier 2, private. */
+/* bake/welded.h - a mesh with one row a position: what every bake works on.      Tier 2,
+ * private. */
 #ifndef DPH_BAKE_WELDED_H
 #define DPH_BAKE_WELDED_H
 
@@ -13,8 +14,9 @@ struct dph_welded {
     double side;           /* largest, of the bounding box                                           */
 };
 
-/* Welds by exact position and checks everything that a caller can get wrong about `input`. False: DPH_ERROR_ARGUMENT, DPH_ERROR_INPUT or
- * DPH_ERROR_MEMORY, and there is nothing to be freed. */
+/* Welds by exact position and checks everything that a caller can get wrong about `input`.
+ * False: DPH_ERROR_ARGUMENT, DPH_ERROR_INPUT or DPH_ERROR_MEMORY, and there is nothing to be
+ * freed. */
 bool dph_welded_init(struct dph_welded *welded, const struct dph_bake_input *input,
                      struct dph_error *err);
 void dph_welded_finish(struct dph_welded *welded);

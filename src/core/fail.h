@@ -4,8 +4,8 @@
 
 #include <diaphan/error.h>
 
-/* Describes a failure in `err` (Nullable) and returns false, so that `return dph_fail(...)` reads well. Control characters in the
- * message (names from hostile files) become '?'. */
+/* Describes a failure in `err` (Nullable) and returns false, so that `return dph_fail(...)`
+ * reads well. Control characters in the message (names from hostile files) become '?'. */
 bool dph_fail(struct dph_error *err, enum dph_code code, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 

@@ -1,8 +1,10 @@
 /* Radiance RGBE pictures (G. Ward, "Real pixels", Graphics Gems II, 1991), reading only.
  *
- * A header of text lines ends with an empty one and a line of the size, "-Y height +X width". Pixels are three mantissas and a common exponent, value = (m + 1/2)
- * 2^(e - 136), 0 where e is 0. A scan line begins with 2, 2 and its width where its four components are run-length coded one by one; else it holds plain
- * pixels, among them 1, 1, 1, n for n repetitions of the last one. Values are divided by the EXPOSURE lines, which say what they have been multiplied by. */
+ * A header of text lines ends with an empty one and a line of the size, "-Y height +X width".
+ * Pixels are three mantissas and a common exponent, value = (m + 1/2) 2^(e - 136), 0 where e is
+ * 0. A scan line begins with 2, 2 and its width where its four components are run-length coded
+ * one by one; else it holds plain pixels, among them 1, 1, 1, n for n repetitions of the last
+ * one. Values are divided by the EXPOSURE lines, which say what they have been multiplied by. */
 #include "core/fail.h"
 #include "core/memory.h"
 #include "image/formats.h"

@@ -1,15 +1,20 @@
 /* Distant light as spherical harmonics.
  *
- * A picture's pixel is a patch between two parallels and two meridians, of solid angle (sin el_top - sin el_bottom) dphi. Pixels of small pictures are too large for the
- * basis to be taken at their centres: they are divided until there are ROWS rows; those of large ones are first joined, by solid angle, to no fewer.
+ * A picture's pixel is a patch between two parallels and two meridians, of solid angle (sin
+ * el_top - sin el_bottom) dphi. Pixels of small pictures are too large for the basis to be taken
+ * at their centres: they are divided until there are ROWS rows; those of large ones are first
+ * joined, by solid angle, to no fewer.
  *
- * A disc of half-angle b with radiance L has the irradiance E = pi L sin^2 b and the coefficients 2 pi (1 - cos b) L Pbar_l y_lm, where Pbar_l, the mean of
- * Legendre's P_l over the cap, comes from a Gauss rule that is exact; so small discs go over into points without cancellation:
+ * A disc of half-angle b with radiance L has the irradiance E = pi L sin^2 b and the
+ * coefficients 2 pi (1 - cos b) L Pbar_l y_lm, where Pbar_l, the mean of Legendre's P_l over the
+ * cap, comes from a Gauss rule that is exact; so small discs go over into points without
+ * cancellation:
  *
  *   l_lm = E 2 / (1 + cos b) Pbar_l y_lm(direction)
  *
- * Rotation: R f has the coefficients integral of f(R^-1 s) y_i(s) ds. Products of two functions of n bands are of degree 2n - 2, which n Gauss points in z
- * and 2n - 1 longitudes integrate exactly. */
+ * Rotation: R f has the coefficients integral of f(R^-1 s) y_i(s) ds. Products of two functions
+ * of n bands are of degree 2n - 2, which n Gauss points in z and 2n - 1 longitudes integrate
+ * exactly. */
 #include <diaphan/environment.h>
 
 #include "core/fail.h"
@@ -108,7 +113,8 @@ bool dph_environment_project(const float *pixel, int width, int height, int comp
     return true;
 }
 
-/* Nodes and weights of Gauss and Legendre on [-1, 1], exact to degree 2 count - 1, by Newton's method. */
+/* Nodes and weights of Gauss and Legendre on [-1, 1], exact to degree 2 count - 1, by Newton's
+ * method. */
 static void gauss_legendre(int count, double *node, double *weight)
 {
     for (int i = 0; i < count; i++) {
