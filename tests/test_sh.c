@@ -318,9 +318,37 @@ static double cap_error(int count)
     return sqrt(wrong / all);
 }
 
+/* The same for the thickness of the unit sphere, absolute, over all 36 coefficients. */
+static double sphere_error(int count)
+{
+    static const double clamped_cosine[6] = {ORACLE_PI, 2 * ORACLE_PI / 3, ORACLE_PI / 4,
+                                             0,         -ORACLE_PI / 24,   0};
+    enum { NORMALS = 50 };
+    float(*d)[3] = malloc((size_t)count * sizeof *d);
+    double sum = 0;
+    uint64_t seed = 9;
+    assert_non_null(d);
+    dph_sh_directions(count, d[0]);
+    for (int t = 0; t < NORMALS; t++) {
+        double n[3], c[36], y[36];
+        oracle_direction(&seed, n);
+        project_sphere(count, d, n, c);
+        dph_sh_eval(6, (double[3]){-n[0], -n[1], -n[2]}, y);
+        for (int l = 0; l < 6; l++)
+            for (int i = l * l; i < (l + 1) * (l + 1); i++)
+                sum += pow(c[i] - 2 * clamped_cosine[l] * y[i], 2);
+    }
+    free(d);
+    return sqrt(sum / NORMALS);
+}
+
 static void test_directions_are_even(void **state)
 {
     (void)state;
+    double s256 = sphere_error(256), s1024 = sphere_error(1024), s4096 = sphere_error(4096);
+    print_message("sphere, 36 coefficients: %.4f at 256, %.4f at 1024, %.4f at 4096\n", s256, s1024,
+                  s4096);
+    assert_true(s256 < 0.04 && s1024 < 0.0025 && s4096 < 0.001);
     double e256 = cap_error(256), e1024 = cap_error(1024), e4096 = cap_error(4096);
     print_message("caps, 36 coefficients: %.4f at 256, %.4f at 1024, %.4f at 4096\n", e256, e1024,
                   e4096);
