@@ -1,10 +1,10 @@
 /* Drawing: the vertex stage against the CPU's dot product, pictures against closed forms, and what
  * must never be seen. */
+#include "gl_tests.h"
 #include "render_shapes.h"
 
 #include "render/gl.h"
 
-static struct dph_gl *gl;
 static const double nowhere[3] = {0, 0, 0};
 
 /* The GPU's thickness of every vertex is the stored row times the light's values, for every store
@@ -436,24 +436,10 @@ static void test_uniforms(void **state)
     assert_true(glGetError() == GL_NO_ERROR);
 }
 
-/* Drivers lose some bytes of their own. The leak checker, where there is one, tells them from ours
- * as long as the driver stays loaded. */
-void __lsan_disable(void) __attribute__((weak));
-const char *__lsan_default_suppressions(void);
-const char *__lsan_default_suppressions(void)
-{
-    return "leak:_dri.so\nleak:libgallium\nleak:libEGL\nleak:libnvidia\n";
-}
-
 int main(void)
 {
-    struct dph_error err;
-    gl = dph_gl_create_headless(&err);
-    if (!gl) {
-        printf("skipped: %s\n", err.message);
+    if (!begin_gl())
         return 77;
-    }
-    printf("%s\n", dph_gl_name(gl));
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_thickness_values), cmocka_unit_test(test_indexed_and_unshared),
         cmocka_unit_test(test_backlit_sphere),   cmocka_unit_test(test_lambert_sphere),
@@ -463,7 +449,6 @@ int main(void)
         cmocka_unit_test(test_uniforms),         cmocka_unit_test(test_tiles),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
-    if (!__lsan_disable)
-        dph_gl_destroy(gl);
+    end_gl();
     return failed;
 }

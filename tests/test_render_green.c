@@ -1,5 +1,6 @@
 /* Depth maps: ways through bodies against closed forms and against the sweep, the blur, and lights
  * at a point. S. Green's method promises what the definition "farthest" of the sweep computes. */
+#include "gl_tests.h"
 #include "render_shapes.h"
 
 #include <diaphan/bake.h>
@@ -515,24 +516,10 @@ static void test_many_maps(void **state)
     dph_scene_destroy(scene);
 }
 
-/* Drivers lose some bytes of their own (test_render.c). */
-void __lsan_disable(void) __attribute__((weak));
-const char *__lsan_default_suppressions(void);
-const char *__lsan_default_suppressions(void)
-{
-    return "leak:_dri.so\nleak:libgallium\nleak:libEGL\nleak:libnvidia\n";
-}
-
-static struct dph_gl *gl; /* reachable for the leak checker */
-
 int main(void)
 {
-    struct dph_error err;
-    gl = dph_gl_create_headless(&err);
-    if (!gl) {
-        printf("skipped: %s\n", err.message);
+    if (!begin_gl())
         return 77;
-    }
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_sphere),    cmocka_unit_test(test_convex),
         cmocka_unit_test(test_shell),     cmocka_unit_test(test_blur),
@@ -541,7 +528,6 @@ int main(void)
         cmocka_unit_test(test_many_maps),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
-    if (!__lsan_disable)
-        dph_gl_destroy(gl);
+    end_gl();
     return failed;
 }

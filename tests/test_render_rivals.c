@@ -1,5 +1,6 @@
 /* The other methods' drawing: transfer vectors against closed forms, in bodies that are turned and
  * mirrored; their compression against them; changed normals against plain shading. */
+#include "gl_tests.h"
 #include "render_shapes.h"
 
 #include <diaphan/environment.h>
@@ -316,31 +317,16 @@ static void test_refusals(void **state)
     dph_scene_destroy(scene);
 }
 
-/* Drivers lose some bytes of their own (test_render.c). */
-void __lsan_disable(void) __attribute__((weak));
-const char *__lsan_default_suppressions(void);
-const char *__lsan_default_suppressions(void)
-{
-    return "leak:_dri.so\nleak:libgallium\nleak:libEGL\nleak:libnvidia\n";
-}
-
-static struct dph_gl *gl; /* reachable for the leak checker */
-
 int main(void)
 {
-    struct dph_error err;
-    gl = dph_gl_create_headless(&err);
-    if (!gl) {
-        printf("skipped: %s\n", err.message);
+    if (!begin_gl())
         return 77;
-    }
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_transfer), cmocka_unit_test(test_linear),
         cmocka_unit_test(test_clusters), cmocka_unit_test(test_patro),
         cmocka_unit_test(test_bake),     cmocka_unit_test(test_refusals),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
-    if (!__lsan_disable)
-        dph_gl_destroy(gl);
+    end_gl();
     return failed;
 }
