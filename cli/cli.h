@@ -38,6 +38,7 @@ struct settings {
     enum dph_store store;
     struct dph_cpca_params cpca; /* clusters and vectors */
     bool compression;            /* info */
+    unsigned products;           /* --for, of enum dph_product: what those methods need */
     double size_mm; /* 0: not given */
 
     const char *material;             /* NULL: not given */
@@ -146,10 +147,20 @@ struct storage {
     size_t payload, fetched, shared; /* see thickness.h */
 };
 struct storage measure_storage(const struct dph_scene *scene);
+struct storage cpca_storage(const struct dph_cpca *cpca);
 /* Bakes with either fit and shows the error of every way to store the coefficients, as rows of
  * `json` or, where that is NULL, a table. False: complained, *code is the exit code. */
 bool show_compression(const struct settings *settings, struct dph_scene *scene, struct json *json,
                       int *code);
+
+/* What a stored product of the scene takes. */
+struct storage measure_product(const struct dph_scene *scene, enum dph_product product);
+/* The name under which figures and files have a product. */
+const char *product_name(enum dph_product product);
+
+/* compression_transfer.c: the same for transfer vectors (--for prt) in --material. */
+bool show_transfer_compression(const struct settings *settings, struct dph_scene *scene,
+                               struct json *json, int *code);
 
 /* bench_scale.c */
 /* Bakes made-up meshes of settings->size triangles; rows to `json` or, where that is NULL, a
@@ -167,9 +178,9 @@ bool load_material(const struct settings *settings, const char *fallback,
 bool bake_scene(const struct settings *settings, struct dph_scene *scene, bool missing_only,
                 struct dph_scene_bake_report *report, int *code);
 
-/* Bakes what a method needs besides thickness, for a material. `seconds` is what it took. */
+/* Bakes products (rivals.h) besides thickness for a material, if there are any in `products`. */
 bool bake_rivals(const struct settings *settings, struct dph_scene *scene,
-                 const struct dph_material *material, const struct dph_method *method,
+                 const struct dph_material *material, unsigned products,
                  struct dph_rivals_report *report, int *code);
 /* Reads --env, where it is given, into the frame. */
 bool load_environment(const struct settings *settings, struct dph_frame *frame, int *code);

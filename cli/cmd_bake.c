@@ -2,15 +2,39 @@
 #include "cli.h"
 
 static const char *const takes[] = {"output", "bands",   "directions", "thickness", "fit",
-                                    "store",  "clusters", "vectors", "size-mm",   "material", NULL};
+                                    "store",  "clusters", "vectors", "size-mm",   "material", "for",  NULL};
 
 struct timing {
     double load, save, total;
 };
 
-static void print_json(const struct settings *settings, const struct dph_scene_bake_report *report,
-                       const struct timing *timing, const struct storage *storage)
+/* Figures of what was written for the other methods. */
+static void emit_products(struct json *json, const struct settings *settings,
+                          const struct dph_scene *scene, const struct dph_rivals_report *rivals)
 {
+    for (unsigned bit = DPH_PRODUCT_NORMALS; bit <= DPH_PRODUCT_CLUSTERS; bit *= 2) {
+        if (!(settings->products & bit))
+            continue;
+        struct storage storage = measure_product(scene, (enum dph_product)bit);
+        emit_object(json, product_name((enum dph_product)bit));
+        emit_count(json, "bytes_per_vertex", storage.payload);
+        emit_count(json, "bytes_per_vertex_gpu", storage.fetched);
+        emit_count(json, "table_bytes", storage.shared);
+        if (bit == DPH_PRODUCT_CLUSTERS) {
+            emit_count(json, "clusters", (size_t)settings->cpca.clusters);
+            emit_count(json, "vectors", (size_t)settings->cpca.vectors);
+            emit_number(json, "relative_error", rivals->error);
+        }
+        emit_close(json, '}');
+    }
+}
+
+static void print_json(const struct settings *settings, const struct dph_scene *scene,
+                       const struct dph_scene_bake_report *report,
+                       const struct dph_rivals_report *rivals, const struct timing *timing,
+                       const struct storage *storage)
+{
+    bool thickness = settings->products & DPH_PRODUCT_THICKNESS;
     struct json json;
     emit_begin(&json, stdout);
     emit_text(&json, "input", settings->input[0]);
@@ -19,34 +43,69 @@ static void print_json(const struct settings *settings, const struct dph_scene_b
     emit_count(&json, "triangles", report->triangles);
     emit_count(&json, "vertices", report->vertices);
     emit_count(&json, "positions", report->positions);
-    emit_count(&json, "bands", (size_t)settings->bake.bands);
-    emit_count(&json, "directions", (size_t)report->directions);
-    emit_text(&json, "thickness", dph_definition_name(settings->bake.definition));
-    emit_text(&json, "fit", dph_fit_name(settings->bake.fit));
-    emit_text(&json, "store", dph_store_name(settings->store));
-    emit_count(&json, "bytes_per_vertex", storage->payload);
-    emit_count(&json, "bytes_per_vertex_gpu", storage->fetched);
-    emit_count(&json, "table_bytes", storage->shared);
-    if (settings->store == DPH_STORE_CPCA) {
-        emit_count(&json, "clusters", (size_t)settings->cpca.clusters);
-        emit_count(&json, "vectors", (size_t)settings->cpca.vectors);
-        emit_number(&json, "relative_error", report->error);
+    if (thickness) {
+        emit_count(&json, "bands", (size_t)settings->bake.bands);
+        emit_count(&json, "directions", (size_t)report->directions);
+        emit_text(&json, "thickness", dph_definition_name(settings->bake.definition));
+        emit_text(&json, "fit", dph_fit_name(settings->bake.fit));
+        emit_text(&json, "store", dph_store_name(settings->store));
+        emit_count(&json, "bytes_per_vertex", storage->payload);
+        emit_count(&json, "bytes_per_vertex_gpu", storage->fetched);
+        emit_count(&json, "table_bytes", storage->shared);
+        if (settings->store == DPH_STORE_CPCA) {
+            emit_count(&json, "clusters", (size_t)settings->cpca.clusters);
+            emit_count(&json, "vectors", (size_t)settings->cpca.vectors);
+            emit_number(&json, "relative_error", report->error);
+        }
+        emit_number(&json, "untrusted", report->untrusted);
     }
-    emit_number(&json, "untrusted", report->untrusted);
-    emit_count(&json, "threads", (size_t)report->threads);
+    emit_products(&json, settings, scene, rivals);
+    if (thickness)
+        emit_count(&json, "threads", (size_t)report->threads);
     emit_object(&json, "seconds");
     emit_number(&json, "load", timing->load);
-    emit_number(&json, "sweep", report->seconds_sweep);
-    emit_number(&json, "project", report->seconds_project);
-    emit_number(&json, "store", report->seconds_store);
+    if (thickness) {
+        emit_number(&json, "sweep", report->seconds_sweep);
+        emit_number(&json, "project", report->seconds_project);
+        emit_number(&json, "store", report->seconds_store);
+    }
+    if (settings->products & DPH_PRODUCT_NORMALS)
+        emit_number(&json, "normals", rivals->seconds_normals);
+    if (settings->products & (DPH_PRODUCT_TRANSFER | DPH_PRODUCT_CLUSTERS))
+        emit_number(&json, "transfer", rivals->seconds_transfer);
+    if (settings->products & DPH_PRODUCT_CLUSTERS)
+        emit_number(&json, "clusters", rivals->seconds_clusters);
     emit_number(&json, "save", timing->save);
     emit_number(&json, "total", timing->total);
     emit_close(&json, '}');
     emit_end(&json);
 }
 
-static void print_text(const struct settings *settings, const struct dph_scene_bake_report *report,
-                       const struct timing *timing, const struct storage *storage)
+static void print_products(const struct settings *settings, const struct dph_scene *scene,
+                           const struct dph_rivals_report *rivals)
+{
+    if (settings->products & DPH_PRODUCT_NORMALS)
+        printf("baked changed normals in %.2f s, %zu bytes a vertex\n", rivals->seconds_normals,
+               measure_product(scene, DPH_PRODUCT_NORMALS).payload);
+    if (settings->products & (DPH_PRODUCT_TRANSFER | DPH_PRODUCT_CLUSTERS))
+        printf("baked transfer vectors in %.2f s", rivals->seconds_transfer);
+    if (settings->products & DPH_PRODUCT_TRANSFER)
+        printf(", %zu bytes a vertex", measure_product(scene, DPH_PRODUCT_TRANSFER).payload);
+    if (settings->products & (DPH_PRODUCT_TRANSFER | DPH_PRODUCT_CLUSTERS))
+        putchar('\n');
+    if (settings->products & DPH_PRODUCT_CLUSTERS) {
+        char number[32];
+        struct storage storage = measure_product(scene, DPH_PRODUCT_CLUSTERS);
+        printf("compressed them in %.2f s, %zu bytes a vertex and %s of tables, %.2f %% lost\n",
+               rivals->seconds_clusters, storage.payload, with_commas(storage.shared, number),
+               100.0 * rivals->error);
+    }
+}
+
+static void print_text(const struct settings *settings, const struct dph_scene *scene,
+                       const struct dph_scene_bake_report *report,
+                       const struct dph_rivals_report *rivals, const struct timing *timing,
+                       const struct storage *storage)
 {
     char triangles[32], vertices[32], positions[32];
     int bands = settings->bake.bands;
@@ -55,7 +114,13 @@ static void print_text(const struct settings *settings, const struct dph_scene_b
            with_commas(report->positions, positions));
     if (report->bodies != 1)
         printf(", %zu bodies", report->bodies);
-    printf("\nbaked %d bands from %d directions (%s, %s) in %.2f s: load %.2f, sweep %.2f, "
+    putchar('\n');
+    print_products(settings, scene, rivals);
+    if (!(settings->products & DPH_PRODUCT_THICKNESS)) {
+        printf("wrote %s in %.2f s\n", settings->output, timing->total);
+        return;
+    }
+    printf("baked %d bands from %d directions (%s, %s) in %.2f s: load %.2f, sweep %.2f, "
            "projection %.2f, store %.2f, "
            "save %.2f; %d threads\n",
            bands, report->directions, dph_definition_name(settings->bake.definition),
@@ -71,6 +136,28 @@ static void print_text(const struct settings *settings, const struct dph_scene_b
     putchar('\n');
 }
 
+/* Counts of what is baked, where there is no bake of thickness to count. */
+static bool count_scene(const struct settings *settings, const struct dph_scene *scene,
+                        struct dph_scene_bake_report *report, int *code)
+{
+    for (size_t b = 0; b < scene->nbody; b++) {
+        const struct dph_mesh *mesh = &scene->body[b].mesh;
+        struct dph_mesh_stats stats;
+        struct dph_error err;
+        if (!mesh->nvert)
+            continue;
+        if (!dph_mesh_measure(mesh, &stats, &err)) {
+            *code = report_error(settings, &err);
+            return false;
+        }
+        report->bodies++;
+        report->triangles += mesh->ntri;
+        report->vertices += mesh->nvert;
+        report->positions += stats.positions;
+    }
+    return true;
+}
+
 static int run(struct settings *settings)
 {
     int code = EXIT_DONE;
@@ -81,8 +168,9 @@ static int run(struct settings *settings)
         complain(settings, "%s: a baked file is a .glb", settings->output);
         return EXIT_USAGE;
     }
+    struct dph_rivals_report rivals;
     struct dph_material material; /* a misspelt one is told of before anything is loaded */
-    if (settings->material && !load_material(settings, NULL, &material, &code))
+    if (!load_material(settings, "wax", &material, &code))
         return code;
     if (!output_possible(settings, settings->output))
         return EXIT_OUTPUT;
@@ -92,7 +180,11 @@ static int run(struct settings *settings)
     if (!scene)
         return code;
     timing.load = seconds_now() - start;
-    if (!bake_scene(settings, scene, false, &report, &code))
+    if (settings->products & DPH_PRODUCT_THICKNESS
+            ? !bake_scene(settings, scene, false, &report, &code)
+            : !count_scene(settings, scene, &report, &code))
+        goto error;
+    if (!bake_rivals(settings, scene, &material, settings->products, &rivals, &code))
         goto error;
     double saving = seconds_now();
     if (!dph_scene_save(scene, settings->output, &err)) {
@@ -103,9 +195,9 @@ static int run(struct settings *settings)
     timing.total = seconds_now() - start;
     struct storage storage = measure_storage(scene);
     if (settings->json)
-        print_json(settings, &report, &timing, &storage);
+        print_json(settings, scene, &report, &rivals, &timing, &storage);
     else if (!settings->quiet)
-        print_text(settings, &report, &timing, &storage);
+        print_text(settings, scene, &report, &rivals, &timing, &storage);
 
 error:
     dph_scene_destroy(scene);
@@ -119,12 +211,15 @@ const struct command command_bake = {
     .examples = "  diaphan bake bunny.obj -o bunny.glb\n"
                 "  diaphan bake head.ply -o head.glb --material skin1 --size-mm 200\n"
                 "  diaphan bake toy.gltf -o toy.glb --bands 4 --store snorm16 --json\n"
-                "  diaphan bake bunny.obj -o bunny.glb --store cpca --clusters 128 --vectors 8\n",
+                "  diaphan bake bunny.obj -o bunny.glb --store cpca --clusters 128 --vectors 8\n"
+                "  diaphan bake bunny.obj -o bunny.glb --for shsss,prt-cpca,patro --material wax\n",
     .notes = "The output is a glTF file that any loader opens; the coefficients are vertex "
              "attributes. From a glTF\n"
              "input everything else is kept. With --material the weighted fit cares most for what "
              "light comes through\n"
-             "that material; --size-mm says how large the object is.\n",
+             "that material; --size-mm says how large the object is. --for writes what other methods "
+             "need; what prt, prt-cpca\n"
+             "and patro need holds for one material and size only.\n",
     .options = takes,
     .min_inputs = 1,
     .max_inputs = 1,

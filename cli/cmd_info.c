@@ -4,7 +4,7 @@
 
 #include <string.h>
 
-static const char *const takes[] = {"compression", "bands", "directions", "thickness", "clusters",
+static const char *const takes[] = {"compression", "for", "bands", "directions", "thickness", "clusters",
                                     "vectors", "size-mm", "material", NULL};
 
 /* Sums over the instances. */
@@ -83,6 +83,58 @@ static void print_baked(struct json *json, const struct dph_scene *scene)
     emit_close(json, '}');
 }
 
+/* The table or tables of --compression, for the methods of --for. */
+static void show_tables(const struct settings *settings, struct dph_scene *scene, struct json *json,
+                        int *code)
+{
+    if (settings->products & DPH_PRODUCT_THICKNESS &&
+        !show_compression(settings, scene, json, code))
+        return;
+    if (settings->products & (DPH_PRODUCT_TRANSFER | DPH_PRODUCT_CLUSTERS))
+        show_transfer_compression(settings, scene, json, code);
+}
+
+/* What the other methods have in the file: an object a method. */
+static void print_rivals(struct json *json, const struct dph_scene *scene)
+{
+    for (unsigned bit = DPH_PRODUCT_NORMALS; bit <= DPH_PRODUCT_CLUSTERS; bit *= 2) {
+        enum dph_product product = (enum dph_product)bit;
+        const struct dph_rivals *rivals = NULL;
+        for (size_t b = 0; b < scene->nbody && !rivals; b++)
+            if (scene->body[b].rivals && scene->body[b].rivals->products & bit)
+                rivals = scene->body[b].rivals;
+        if (!rivals)
+            continue;
+        const struct dph_rivals_origin *origin =
+            product == DPH_PRODUCT_NORMALS ? &rivals->normal_origin : &rivals->transfer_origin;
+        struct storage storage = measure_product(scene, product);
+        if (!json) {
+            char number[32];
+            printf("  %-9s %s, %g mm a unit, %zu bytes a vertex", product_name(product),
+                   origin->material, origin->mm_per_unit, storage.payload);
+            if (product == DPH_PRODUCT_CLUSTERS)
+                printf(" and %s of tables", with_commas(storage.shared, number));
+            putchar('\n');
+            continue;
+        }
+        emit_object(json, product_name(product));
+        emit_text(json, "material", origin->material);
+        emit_number(json, "mm_per_unit", origin->mm_per_unit);
+        if (product != DPH_PRODUCT_NORMALS) {
+            emit_count(json, "bands", (size_t)rivals->transfer.bands);
+            emit_count(json, "directions", (size_t)origin->directions);
+        }
+        if (product == DPH_PRODUCT_CLUSTERS) {
+            emit_count(json, "clusters", (size_t)rivals->clusters->clusters);
+            emit_count(json, "vectors", (size_t)rivals->clusters->vectors);
+        }
+        emit_count(json, "bytes_per_vertex", storage.payload);
+        emit_count(json, "bytes_per_vertex_gpu", storage.fetched);
+        emit_count(json, "table_bytes", storage.shared);
+        emit_close(json, '}');
+    }
+}
+
 static int print_json(const struct settings *settings, struct dph_scene *scene,
                       const struct totals *totals)
 {
@@ -110,8 +162,9 @@ static int print_json(const struct settings *settings, struct dph_scene *scene,
     }
     emit_close(&json, ']');
     print_baked(&json, scene);
+    print_rivals(&json, scene);
     if (settings->compression)
-        show_compression(settings, scene, &json, &code);
+        show_tables(settings, scene, &json, &code);
     emit_end(&json);
     return code;
 }
@@ -181,10 +234,12 @@ static int run(struct settings *settings)
         code = report_error(settings, &err);
     else if (settings->json)
         code = print_json(settings, scene, &totals);
-    else
+    else {
         print_text(settings, scene, &totals);
+        print_rivals(NULL, scene);
+    }
     if (code == EXIT_DONE && settings->compression && !settings->json)
-        show_compression(settings, scene, NULL, &code);
+        show_tables(settings, scene, NULL, &code);
     dph_scene_destroy(scene);
     return code;
 }
@@ -195,11 +250,12 @@ const struct command command_info = {
     .usage = "FILE",
     .examples = "  diaphan info bunny.obj\n"
                 "  diaphan info bunny.glb --json\n"
-                "  diaphan info bunny.obj --compression\n",
+                "  diaphan info bunny.obj --compression\n"
+                "  diaphan info bunny.obj --compression --for prt --material wax --size-mm 25\n",
     .notes = "A surface is closed where every edge has two triangles that run along it in opposite "
              "directions. Counts are\n"
              "those of the scene as it is drawn, every instance of a body counted. --compression takes "
-             "as long as two bakes.\n",
+             "as long as two bakes; with --for prt it is about transfer vectors instead.\n",
     .options = takes,
     .min_inputs = 1,
     .max_inputs = 1,

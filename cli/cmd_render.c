@@ -75,6 +75,22 @@ static bool needs_bake(const struct settings *settings, const struct dph_scene *
     return missing && settings->method->needs_thickness;
 }
 
+/* What the method needs besides thickness and the file does not have for this material and size. */
+static unsigned missing_products(const struct settings *settings, const struct dph_scene *scene,
+                                 const struct dph_material *material)
+{
+    char why[240];
+    bool found;
+    double mm_per_unit = dph_scene_millimetres(scene, settings->size_mm);
+    if (dph_scene_rivals_fit(scene, settings->method->needs, material, mm_per_unit, why,
+                             sizeof why, &found))
+        return 0;
+    if (found)
+        warn(settings, "%s: what %s needs %s; it is baked anew in memory", settings->input[0],
+             settings->method->name, why);
+    return settings->method->needs;
+}
+
 static void report(const struct settings *settings, const struct dph_frame *frame,
                    const struct dph_gl *gl, const struct dph_cost *cost,
                    const struct dph_rivals_report *rivals, double seconds_bake, double seconds)
@@ -160,9 +176,10 @@ static int run(struct settings *settings)
         talk(settings, "baked in memory in %.2f s", seconds_bake);
     }
     double before = seconds_now();
-    if (!bake_rivals(settings, scene, &material, settings->method, &rivals, &code))
+    unsigned products = missing_products(settings, scene, &material);
+    if (!bake_rivals(settings, scene, &material, products, &rivals, &code))
         goto done;
-    if (settings->method->needs) {
+    if (products) {
         seconds_bake += seconds_now() - before;
         talk(settings, "baked in memory: normals %.2f s, transfer %.2f s, clusters %.2f s",
              rivals.seconds_normals, rivals.seconds_transfer, rivals.seconds_clusters);
@@ -218,9 +235,10 @@ const struct command command_render = {
              "green take its middle.\n"
              "prt and prt-cpca take distant lights, discs and surroundings; they, and patro, are "
              "baked in "
-             "memory for the\n"
-             "material and the size. --clusters 1 --vectors 24 is the setting of the DirectX "
-             "sample.\n",
+             "memory unless\n"
+             "the file has them for this material and size (bake --for). --clusters 1 --vectors 24 "
+             "is the setting of the\n"
+             "DirectX sample.\n",
     .options = takes,
     .min_inputs = 1,
     .max_inputs = 1,

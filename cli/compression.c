@@ -7,6 +7,15 @@
 #include <stdlib.h>
 #include <string.h>
 
+struct storage cpca_storage(const struct dph_cpca *cpca)
+{
+    size_t vectors = (size_t)cpca->vectors;
+    return (struct storage){
+        .payload = vectors + (cpca->clusters <= 256 ? 1 : 2),
+        .fetched = (vectors + 3) / 4 * 4 + 4,
+        .shared = (size_t)cpca->clusters * (1 + vectors) * (size_t)cpca->n * sizeof *cpca->table};
+}
+
 struct storage measure_storage(const struct dph_scene *scene)
 {
     struct storage storage = {0};
@@ -18,6 +27,36 @@ struct storage measure_storage(const struct dph_scene *scene)
         storage.payload = payload > storage.payload ? payload : storage.payload;
         storage.fetched = fetched > storage.fetched ? fetched : storage.fetched;
         storage.shared += dph_thickness_shared(t);
+    }
+    return storage;
+}
+
+const char *product_name(enum dph_product product)
+{
+    return product == DPH_PRODUCT_NORMALS    ? "patro"
+           : product == DPH_PRODUCT_TRANSFER ? "prt"
+           : product == DPH_PRODUCT_CLUSTERS ? "prt_cpca" : "thickness";
+}
+
+struct storage measure_product(const struct dph_scene *scene, enum dph_product product)
+{
+    struct storage storage = {0};
+    for (size_t b = 0; b < scene->nbody; b++) {
+        const struct dph_rivals *rivals = scene->body[b].rivals;
+        struct storage own = {0};
+        if (!rivals || !(rivals->products & (unsigned)product))
+            continue;
+        if (product == DPH_PRODUCT_NORMALS) {
+            own.payload = own.fetched = 12;
+        } else if (product == DPH_PRODUCT_TRANSFER) {
+            own.payload = 4 * rivals->transfer.length;
+            own.fetched = (own.payload + 15) / 16 * 16;
+        } else if (product == DPH_PRODUCT_CLUSTERS) {
+            own = cpca_storage(rivals->clusters);
+        }
+        storage.payload = own.payload > storage.payload ? own.payload : storage.payload;
+        storage.fetched = own.fetched > storage.fetched ? own.fetched : storage.fetched;
+        storage.shared += own.shared;
     }
     return storage;
 }

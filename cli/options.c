@@ -150,6 +150,28 @@ static bool parse_method(const struct option *option, struct settings *settings,
     return number >= 0;
 }
 
+/* Names of methods with commas between. */
+static bool parse_for(const struct option *option, struct settings *settings, const char *value,
+                      char *why)
+{
+    unsigned products = 0;
+    for (const char *at = value;; at++) {
+        char name[40];
+        size_t length = strcspn(at, ",");
+        snprintf(name, sizeof name, "%.*s", (int)(length < 39 ? length : 39), at);
+        int number = choice_of(option, name, why);
+        if (number < 0)
+            return false;
+        const struct dph_method *method = dph_method_at((size_t)number);
+        products |= method->needs | (method->needs_thickness ? DPH_PRODUCT_THICKNESS : 0U);
+        at += length;
+        if (!*at)
+            break;
+    }
+    settings->products = products;
+    return true;
+}
+
 /* The light that an option adds; NULL where there are too many. */
 static struct dph_light *add_light(struct settings *settings, char *why)
 {
@@ -370,6 +392,8 @@ static const struct option options[] = {
      AT(cpca.clusters), 1, DPH_CPCA_MAX_CLUSTERS, NULL, parse_int},
     {"vectors", 0, "N", "8", "the same: vectors of a cluster, 1 to 36, a byte a vertex each",
      AT(cpca.vectors), 1, DPH_THICKNESS_MAX_VECTORS, NULL, parse_int},
+    {"for", 0, "METHOD[,METHOD...]", "shsss", "write what these methods need, in --material",
+     AT(products), 0, 0, method_name, parse_for},
     {"compression", 0, NULL, NULL,
      "bake in memory and show the error of every way to store the coefficients", AT(compression), 0,
      0, NULL, parse_flag},
@@ -377,7 +401,7 @@ static const struct option options[] = {
      AT(size_mm), 1e-9, 1e12, NULL, parse_real},
     /* the picture */
     {"method", 0, "NAME", "shsss", "how to shade", AT(method), 0, 0, method_name, parse_method},
-    {"material", 0, "NAME", "wax; for bake none",
+    {"material", 0, "NAME", "wax; for thickness none",
      "a preset or a JSON file with coefficients in 1/mm", AT(material), 0, 0, NULL, parse_text},
     {"light", 0, "AZ,EL[,R,G,B]", "150,30 with pi each",
      "a distant light: where it stands in degrees, y up, and its irradiance; repeatable", AT(light),
@@ -452,6 +476,7 @@ void settings_init(struct settings *settings, const struct command *command)
     *settings = (struct settings){
         .command = command,
         .bake = dph_bake_defaults(),
+        .products = DPH_PRODUCT_THICKNESS,
         .store = DPH_STORE_SNORM8,
         .cpca = dph_cpca_defaults(),
         .specular = NAN,

@@ -76,14 +76,15 @@ bool bake_scene(const struct settings *settings, struct dph_scene *scene, bool m
 }
 
 bool bake_rivals(const struct settings *settings, struct dph_scene *scene,
-                 const struct dph_material *material, const struct dph_method *method,
+                 const struct dph_material *material, unsigned products,
                  struct dph_rivals_report *report, int *code)
 {
     struct dph_error err;
     struct dph_rivals_params params = dph_rivals_defaults();
     struct progress progress;
     *report = (struct dph_rivals_report){0};
-    if (!method->needs)
+    products &= ~(unsigned)DPH_PRODUCT_THICKNESS;
+    if (!products)
         return true;
     params.material = material;
     params.size_mm = settings->size_mm;
@@ -95,7 +96,7 @@ bool bake_rivals(const struct settings *settings, struct dph_scene *scene,
     progress_begin(&progress, settings, "baking");
     params.progress = progress_step;
     params.progress_user = &progress;
-    bool ok = dph_scene_bake_rivals(scene, method->needs, &params, report, &err);
+    bool ok = dph_scene_bake_rivals(scene, products, &params, report, &err);
     progress_end(&progress);
     if (!ok)
         *code = report_error(settings, &err);

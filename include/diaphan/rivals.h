@@ -22,11 +22,22 @@ enum dph_product {
     DPH_PRODUCT_CLUSTERS = 8,  /* these, compressed                                               */
 };
 
-/* The data of one body. Owns its arrays. */
+/* What a product was baked for. */
+struct dph_rivals_origin {
+    char material[64];       /* its name                                                          */
+    double scattering[3], absorption[3], anisotropy; /* as in material.h                          */
+    double mm_per_unit;      /* of the scene                                                      */
+    int directions;          /* transfer vectors                                                  */
+};
+
+/* The data of one body. Owns its arrays. From a file transfer vectors come a row a vertex, without
+ * `area`; where the file has only their compressed form, `vector` is NULL. */
 struct dph_rivals {
+    unsigned products;            /* of enum dph_product: those that dph_scene_save writes        */
     float *normal;                /* (nvert x 3), not of unit length. Nullable                    */
     struct dph_transfer transfer; /* of radiance, 3 channels; npos 0: none                        */
-    struct dph_cpca *clusters;    /* of the rows of `transfer`. Nullable                          */
+    struct dph_cpca *clusters;    /* of the rows of `transfer`. Nullable; its errors are 0 from a file */
+    struct dph_rivals_origin normal_origin, transfer_origin; /* the latter also of `clusters`     */
 };
 
 /* struct dph_rivals_params p = dph_rivals_defaults(); `material` has to be set. */
@@ -50,11 +61,22 @@ struct dph_rivals_report {
     double error;    /* of the compression, relative, with weights of 8 bits; mean over the positions */
 };
 
-/* Bakes what is asked for, thickness left out, and replaces what there was. Sets the scene's
- * mm_per_unit. A body without triangles is passed over. `report` is Nullable. False: errors as dph_transfer_bake and dph_cpca_create; bodies baked until then keep what they have. */
+/* Bakes what is asked for, thickness left out, and replaces what there was: compressed transfer
+ * vectors go when the vectors are baked anew. What was asked for is added to the bodies'
+ * `products`. Sets the scene's mm_per_unit. A body without triangles is passed over. `report` is
+ * Nullable. False: errors as dph_transfer_bake and dph_cpca_create; bodies baked until then keep
+ * what they have. */
 bool dph_scene_bake_rivals(struct dph_scene *scene, unsigned products,
                            const struct dph_rivals_params *params, struct dph_rivals_report *report,
                            struct dph_error *err);
+
+/* Whether all bodies have `products` (thickness left out) for this material and for so many
+ * millimetres per unit of the scene. If not, `why` (of `size` bytes, Nullable) becomes a clause
+ * that says why: "is not baked", "was baked for ...". *found is false where no body has any of
+ * them. */
+bool dph_scene_rivals_fit(const struct dph_scene *scene, unsigned products,
+                          const struct dph_material *material, double mm_per_unit, char *why,
+                          size_t size, bool *found);
 
 #ifdef __cplusplus
 }

@@ -11,6 +11,7 @@
 #include <diaphan/prepare.h>
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -28,6 +29,77 @@ void dph_rivals_destroy(struct dph_rivals *rivals)
     dph_transfer_finish(&rivals->transfer);
     dph_cpca_destroy(rivals->clusters);
     free(rivals);
+}
+
+static void remember(struct dph_rivals_origin *origin, const struct dph_material *material,
+                     double mm_per_unit, int directions)
+{
+    memset(origin, 0, sizeof *origin);
+    memcpy(origin->material, material->name, sizeof origin->material);
+    memcpy(origin->scattering, material->scattering, sizeof origin->scattering);
+    memcpy(origin->absorption, material->absorption, sizeof origin->absorption);
+    origin->anisotropy = material->anisotropy;
+    origin->mm_per_unit = mm_per_unit;
+    origin->directions = directions;
+}
+
+/* Whether it was baked for that; the reason, if not. Names of materials do not count. */
+static bool fits(const struct dph_rivals_origin *origin, const struct dph_material *material,
+                 double mm_per_unit, char *why, size_t size)
+{
+    for (int c = 0; c < 3; c++) {
+        double had = (1 - origin->anisotropy) * origin->scattering[c];
+        double wanted = (1 - material->anisotropy) * material->scattering[c];
+        if (fabs(had - wanted) <= 1e-9 * fabs(wanted) &&
+            fabs(origin->absorption[c] - material->absorption[c]) <=
+                1e-9 * fabs(material->absorption[c]))
+            continue;
+        snprintf(why, size, "was baked for another material, '%.63s' instead of '%.63s'",
+                 origin->material, material->name);
+        return false;
+    }
+    if (fabs(origin->mm_per_unit - mm_per_unit) <= 1e-6 * mm_per_unit)
+        return true;
+    snprintf(why, size, "was baked for another size, %g mm a unit instead of %g",
+             origin->mm_per_unit, mm_per_unit);
+    return false;
+}
+
+bool dph_scene_rivals_fit(const struct dph_scene *scene, unsigned products,
+                          const struct dph_material *material, double mm_per_unit, char *why,
+                          size_t size, bool *found)
+{
+    char unused[1];
+    bool all = true;
+    *found = false;
+    if (!why) {
+        why = unused;
+        size = 0;
+    }
+    for (size_t i = 0; i < scene->nbody; i++) {
+        const struct dph_body *body = &scene->body[i];
+        const struct dph_rivals *rivals = body->rivals;
+        if (!body->mesh.nvert || !body->mesh.ntri)
+            continue;
+        unsigned has = 0;
+        if (rivals)
+            has = (rivals->normal ? DPH_PRODUCT_NORMALS : 0U) |
+                  (rivals->transfer.vector ? DPH_PRODUCT_TRANSFER : 0U) |
+                  (rivals->clusters ? DPH_PRODUCT_CLUSTERS : 0U);
+        unsigned wanted = products & ~(unsigned)DPH_PRODUCT_THICKNESS;
+        *found = *found || (has & wanted);
+        if (!all)
+            continue;
+        if ((has & wanted) != wanted) {
+            snprintf(why, size, "is not baked");
+            all = false;
+        } else if (wanted & DPH_PRODUCT_NORMALS) {
+            all = fits(&rivals->normal_origin, material, mm_per_unit, why, size);
+        }
+        if (all && wanted & (DPH_PRODUCT_TRANSFER | DPH_PRODUCT_CLUSTERS))
+            all = fits(&rivals->transfer_origin, material, mm_per_unit, why, size);
+    }
+    return all;
 }
 
 static bool bake_normals(const struct dph_body *body, const struct dph_bake_input *input,
@@ -74,6 +146,7 @@ static bool bake_transfer(const struct dph_bake_input *input, struct dph_rivals 
     transfer.progress_user = params->progress_user;
     dph_cpca_destroy(rivals->clusters); /* belongs to what is replaced */
     rivals->clusters = NULL;
+    rivals->products &= ~(unsigned)DPH_PRODUCT_CLUSTERS;
     dph_transfer_finish(&rivals->transfer);
     bool ok = dph_transfer_bake(input, &transfer, &rivals->transfer, NULL, err);
     report->seconds_transfer += dph_seconds() - start;
@@ -117,14 +190,21 @@ bool dph_scene_bake_rivals(struct dph_scene *scene, unsigned products,
         struct dph_bake_input input = {body->mesh.position, 0, body->mesh.nvert, body->mesh.index,
                                        body->mesh.ntri};
         double mm = mm_per_unit * dph_scene_body_scale(scene, i);
-        if (products & DPH_PRODUCT_NORMALS && !bake_normals(body, &input, params, mm, &total, err))
-            return false;
-        if (products & (DPH_PRODUCT_TRANSFER | DPH_PRODUCT_CLUSTERS) &&
-            !bake_transfer(&input, body->rivals, params, mm, &total, err))
-            return false;
+        if (products & DPH_PRODUCT_NORMALS) {
+            if (!bake_normals(body, &input, params, mm, &total, err))
+                return false;
+            remember(&body->rivals->normal_origin, params->material, mm_per_unit, 0);
+        }
+        if (products & (DPH_PRODUCT_TRANSFER | DPH_PRODUCT_CLUSTERS)) {
+            if (!bake_transfer(&input, body->rivals, params, mm, &total, err))
+                return false;
+            remember(&body->rivals->transfer_origin, params->material, mm_per_unit,
+                     (params->directions + 1) / 2 * 2);
+        }
         if (products & DPH_PRODUCT_CLUSTERS && !bake_clusters(body->rivals, params, &total, err))
             return false;
         positions += (double)body->rivals->transfer.npos;
+        body->rivals->products |= products & ~(unsigned)DPH_PRODUCT_THICKNESS;
     }
     if (positions > 0)
         total.error /= positions;

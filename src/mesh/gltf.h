@@ -160,7 +160,12 @@ bool dph_gltf_read_thickness(struct dph_document *doc, struct dph_body *body, si
  * name as the file has it, NULL: absent. */
 const char *dph_gltf_attribute_name(json_t *attributes, const char *name);
 const char *dph_gltf_thickness_name(json_t *attributes, int i);
-/* What all descriptions say, into `t` (all but nvert, store and data); `scaled`: with one scale a
+/* What descriptions of all kinds begin with: the version, and the basis of 1 to `most` bands. */
+bool dph_gltf_read_version(const struct dph_document *doc, const json_t *d, const char *place,
+                           struct dph_error *err);
+bool dph_gltf_read_basis(const struct dph_document *doc, const json_t *d, const char *place,
+                         int most, int *bands, struct dph_error *err);
+/* What all descriptions of thickness say, into `t` (all but nvert, store and data); `scaled`: with one scale a
  * band. */
 bool dph_gltf_read_description(const struct dph_document *doc, const json_t *d, const char *place,
                                bool scaled, struct dph_thickness *t, double *mm_per_unit,
@@ -169,6 +174,23 @@ bool dph_gltf_read_description(const struct dph_document *doc, const json_t *d, 
 /* gltf_cpca.c: the same for thickness stored as clustered principal components. */
 bool dph_gltf_read_cpca(struct dph_document *doc, struct dph_body *body, size_t first, size_t last,
                         double *mm_per_unit, struct dph_error *err);
+json_t *dph_gltf_primitive(const struct dph_document *doc, const struct dph_gltf_part *part);
+/* Opens an attribute of a primitive, which must be there; the message's place is left in `place`. */
+bool dph_gltf_open_attribute(struct dph_document *doc, const struct dph_gltf_part *part,
+                             const char *name, int components, struct dph_gltf_accessor *a,
+                             char place[120], struct dph_error *err);
+/* Counts of clusters and vectors, and the number of the view of their table. */
+bool dph_gltf_read_counts(const struct dph_document *doc, const json_t *d, const char *place,
+                          int *clusters, int *vectors, size_t *view, struct dph_error *err);
+/* Means and vectors of n numbers each, into *table, which the caller frees also after a failure. */
+bool dph_gltf_read_table(struct dph_document *doc, size_t view, int clusters, int vectors, int n,
+                         const char *place, float **table, struct dph_error *err);
+/* Weights of a part, from the attributes `prefix`0, `prefix`1 and so on: rows of vectors rounded up to 4. */
+bool dph_gltf_read_weights(struct dph_document *doc, const struct dph_gltf_part *part,
+                           const char *prefix, int vectors, int8_t *out, struct dph_error *err);
+/* Numbers of clusters of a part. */
+bool dph_gltf_read_clusters(struct dph_document *doc, const struct dph_gltf_part *part,
+                            const char *name, int clusters, uint16_t *out, struct dph_error *err);
 
 /* gltf_output.c: a GLB being made. The binary chunk is a list of pieces that are written as they
  * are asked for, so that nothing is copied. */
@@ -197,9 +219,8 @@ size_t dph_gltf_put_shorts(struct dph_gltf_output *out, const uint32_t *data, si
 /* Rows first .. first + count - 1 of stored thickness, as components / 4 planes of four. */
 size_t dph_gltf_put_rows(struct dph_gltf_output *out, const struct dph_thickness *thickness,
                          size_t first, size_t count);
-/* gltf_cpca.c: the clusters of the same rows, 4 bytes apart, in the type that file-format.md names. */
-size_t dph_gltf_put_clusters(struct dph_gltf_output *out, const struct dph_thickness *thickness,
-                             size_t first, size_t count);
+/* gltf_cpca.c: numbers of clusters, 4 bytes apart, in the type that file-format.md names. */
+size_t dph_gltf_put_clusters(struct dph_gltf_output *out, const uint16_t *cluster, size_t count);
 /* Setting members; a failure (also a NULL value) is remembered in out->memory. */
 void dph_gltf_set(struct dph_gltf_output *out, json_t *object, const char *key, json_t *value);
 void dph_gltf_append(struct dph_gltf_output *out, json_t *array, json_t *value);
@@ -220,13 +241,46 @@ bool dph_gltf_embed(struct dph_gltf_output *out, const struct dph_document *doc,
                     struct dph_error *err);
 void dph_gltf_close_buffer(struct dph_gltf_output *out);
 
+struct dph_gltf_slots;
+
+/* gltf_attributes.c: what the writers of vertex data share. Rows of a body that one primitive draws, and where its attributes are. */
+struct dph_gltf_strand {
+    json_t *primitive;
+    const json_t *position; /* number of its accessor; Nullable                                   */
+    size_t first, count;
+    size_t accessor;        /* the first of its own in a list of the writer's                     */
+};
+/* How far back a primitive looks for one with its vertices: they come side by side, and all pairs of many thousand would take long. */
+#define DPH_GLTF_TWIN_REACH 256
+json_t *dph_gltf_number(size_t value);
+json_t *dph_gltf_make_view(struct dph_gltf_output *out, size_t offset, size_t size, size_t stride,
+                           int target);
+json_t *dph_gltf_make_accessor(struct dph_gltf_output *out, size_t view_number, size_t offset,
+                               int type, size_t count, const char *shape);
+/* Sets extras.diaphan.KEY, or removes it where `d` is NULL. What was at home in extras already stays there; extras that are no object
+ * move into a member called "extras", a member "diaphan" that is no object into one called "value". */
+void dph_gltf_set_description(struct dph_gltf_output *out, json_t *primitive, const char *key,
+                              json_t *d);
+/* Draco would give the vertices another order than the one that the new data are in; the plain copy that was read stays. */
+void dph_gltf_drop_draco(struct dph_gltf_output *out, json_t *primitive);
+
+/* gltf_rivals.c: what the other methods store, of a body, parts first .. last - 1; `rivals` stays NULL where there is nothing. */
+bool dph_gltf_read_rivals(struct dph_document *doc, struct dph_body *body, size_t first, size_t last,
+                          double *mm_per_unit, struct dph_error *err);
+/* gltf_rivals_write.c: the same into the body's primitives; what they had is replaced. False: out of memory. */
+bool dph_gltf_add_rivals(struct dph_gltf_output *out, struct dph_gltf_slots *slots,
+                         const struct dph_rivals *rivals, struct dph_gltf_strand *strand,
+                         size_t nstrand);
+/* Whether an attribute (in any case) is one of theirs. */
+bool dph_gltf_is_rivals_name(const char *name);
+
 /* gltf_reuse.c: accessors and views that an earlier bake left and the next one replaces. */
 struct dph_gltf_slots {
     size_t naccessor, nview;  /* left to take                                                     */
     size_t *accessor, *view;  /* ascending                                                        */
     size_t keep;              /* bytes of the first buffer without the old thickness              */
 };
-/* Finds those of the bodies that have thickness now. */
+/* Finds those of the bodies that have thickness, and of those that have other methods' data, now. */
 bool dph_gltf_find_slots(const struct dph_scene *scene, struct dph_gltf_slots *slots,
                          struct dph_error *err);
 void dph_gltf_slots_finish(struct dph_gltf_slots *slots);

@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static json_t *primitive_of(const struct dph_document *doc, const struct dph_gltf_part *part)
+json_t *dph_gltf_primitive(const struct dph_document *doc, const struct dph_gltf_part *part)
 {
     json_t *mesh = json_array_get(json_object_get(doc->root, "meshes"), part->mesh);
     return json_array_get(json_object_get(mesh, "primitives"), part->primitive);
@@ -23,25 +23,34 @@ static const json_t *description(const json_t *primitive)
     return json_object_get(diaphan, "thickness_cpca");
 }
 
+bool dph_gltf_read_counts(const struct dph_document *doc, const json_t *d, const char *place,
+                          int *clusters, int *vectors, size_t *view, struct dph_error *err)
+{
+    size_t k, j;
+    if (!dph_gltf_size(doc, d, "clusters", place, DPH_GLTF_REQUIRED, SIZE_MAX, &k, err) ||
+        !dph_gltf_size(doc, d, "vectors", place, DPH_GLTF_REQUIRED, SIZE_MAX, &j, err) ||
+        !dph_gltf_size(doc, d, "bufferView", place, DPH_GLTF_REQUIRED, SIZE_MAX, view, err))
+        return false;
+    if (k < 1 || k > UINT16_MAX)
+        return dph_gltf_fail(doc, place, DPH_ERROR_INPUT, err, "clusters is %zu, not 1 to %d", k,
+                             UINT16_MAX);
+    if (j < 1 || j > DPH_THICKNESS_MAX_VECTORS)
+        return dph_gltf_fail(doc, place, DPH_ERROR_INPUT, err, "vectors is %zu, not 1 to %d", j,
+                             DPH_THICKNESS_MAX_VECTORS);
+    *clusters = (int)k;
+    *vectors = (int)j;
+    return true;
+}
+
 /* Reads a description into `t` (all but nvert and the arrays) and the number of the table's view. */
 static bool parse(const struct dph_document *doc, const json_t *d, const char *place,
                   struct dph_thickness *t, double *mm_per_unit, size_t *view, struct dph_error *err)
 {
-    size_t clusters, vectors;
     if (!dph_gltf_read_description(doc, d, place, false, t, mm_per_unit, err) ||
-        !dph_gltf_size(doc, d, "clusters", place, DPH_GLTF_REQUIRED, SIZE_MAX, &clusters, err) ||
-        !dph_gltf_size(doc, d, "vectors", place, DPH_GLTF_REQUIRED, SIZE_MAX, &vectors, err) ||
-        !dph_gltf_size(doc, d, "bufferView", place, DPH_GLTF_REQUIRED, SIZE_MAX, view, err))
+        !dph_gltf_read_counts(doc, d, place, &t->clusters, &t->vectors, view, err))
         return false;
-    if (clusters < 1 || clusters > UINT16_MAX)
-        return dph_gltf_fail(doc, place, DPH_ERROR_INPUT, err, "clusters is %zu, not 1 to %d", clusters, UINT16_MAX);
-    if (vectors < 1 || vectors > DPH_THICKNESS_MAX_VECTORS)
-        return dph_gltf_fail(doc, place, DPH_ERROR_INPUT, err, "vectors is %zu, not 1 to %d", vectors,
-                             DPH_THICKNESS_MAX_VECTORS);
     t->store = DPH_STORE_CPCA;
-    t->clusters = (int)clusters;
-    t->vectors = (int)vectors;
-    t->components = (int)((vectors + 3) / 4 * 4);
+    t->components = (t->vectors + 3) / 4 * 4;
     return true;
 }
 
@@ -51,36 +60,36 @@ static bool same(const struct dph_thickness *a, const struct dph_thickness *b)
            a->directions == b->directions && a->clusters == b->clusters && a->vectors == b->vectors;
 }
 
-static bool read_table(struct dph_document *doc, struct dph_thickness *t, size_t number,
-                       const char *place, struct dph_error *err)
+bool dph_gltf_read_table(struct dph_document *doc, size_t number, int clusters, int vectors, int n,
+                         const char *place, float **table, struct dph_error *err)
 {
     struct dph_gltf_view view;
-    size_t count = (size_t)t->clusters * (1 + (size_t)t->vectors) * (size_t)(t->bands * t->bands);
+    size_t count = (size_t)clusters * (1 + (size_t)vectors) * (size_t)n;
     if (!dph_gltf_view(doc, number, place, &view, err))
         return false;
-    if (view.size < count * sizeof *t->table)
+    if (view.size < count * sizeof **table)
         return dph_gltf_fail(doc, place, DPH_ERROR_INPUT, err,
                              "bufferView %zu has %zu bytes, %d clusters of %d vectors need %zu", number,
-                             view.size, t->clusters, t->vectors, count * sizeof *t->table);
-    if (!(t->table = dph_alloc(count, sizeof *t->table)))
+                             view.size, clusters, vectors, count * sizeof **table);
+    float *out = *table = dph_alloc(count, sizeof *out);
+    if (!out)
         return dph_fail_memory(err);
     if (view.data)
-        memcpy(t->table, view.data, count * sizeof *t->table);
+        memcpy(out, view.data, count * sizeof *out);
     else
-        memset(t->table, 0, count * sizeof *t->table);
+        memset(out, 0, count * sizeof *out);
     for (size_t i = 0; i < count; i++)
-        if (!isfinite(t->table[i]))
+        if (!isfinite(out[i]))
             return dph_gltf_fail(doc, place, DPH_ERROR_INPUT, err, "number %zu of bufferView %zu is not finite",
                                  i, number);
     return true;
 }
 
-/* Opens an attribute of a primitive; the message's place is left in `place`. */
-static bool open_attribute(struct dph_document *doc, const struct dph_gltf_part *part,
-                           const char *name, int components, struct dph_gltf_accessor *a,
-                           char place[120], struct dph_error *err)
+bool dph_gltf_open_attribute(struct dph_document *doc, const struct dph_gltf_part *part,
+                             const char *name, int components, struct dph_gltf_accessor *a,
+                             char place[120], struct dph_error *err)
 {
-    json_t *attributes = json_object_get(primitive_of(doc, part), "attributes");
+    json_t *attributes = json_object_get(dph_gltf_primitive(doc, part), "attributes");
     snprintf(place, 120, "meshes[%zu].primitives[%zu].attributes", part->mesh, part->primitive);
     const char *key = dph_gltf_attribute_name(attributes, name);
     if (!key)
@@ -97,16 +106,15 @@ static bool open_attribute(struct dph_document *doc, const struct dph_gltf_part 
     return true;
 }
 
-static bool read_weights(struct dph_document *doc, const struct dph_gltf_part *part,
-                         struct dph_thickness *t, struct dph_error *err)
+bool dph_gltf_read_weights(struct dph_document *doc, const struct dph_gltf_part *part,
+                           const char *prefix, int vectors, int8_t *out, struct dph_error *err)
 {
     struct dph_gltf_accessor a;
-    char place[120], name[32];
-    size_t row = (size_t)t->components, vectors = (size_t)t->vectors;
-    int8_t *out = (int8_t *)t->data + part->first * row;
+    char place[120], name[48];
+    size_t row = ((size_t)vectors + 3) / 4 * 4;
     for (size_t i = 0; i < row / 4; i++) {
-        snprintf(name, sizeof name, "_THICKNESS_CPCA_%d", (int)i);
-        if (!open_attribute(doc, part, name, 4, &a, place, err))
+        snprintf(name, sizeof name, "%s%d", prefix, (int)i);
+        if (!dph_gltf_open_attribute(doc, part, name, 4, &a, place, err))
             return false;
         if (a.type != DPH_GLTF_BYTE || !a.normalized)
             return dph_gltf_fail(doc, place, DPH_ERROR_INPUT, err, "%s%s, not normalized BYTE",
@@ -116,17 +124,17 @@ static bool read_weights(struct dph_document *doc, const struct dph_gltf_part *p
     for (size_t v = 0; v < part->count; v++)
         for (size_t j = 0; j < row; j++) { /* glTF reads -128 as -1 */
             int8_t *w = &out[v * row + j];
-            *w = j >= vectors ? 0 : *w < -127 ? -127 : *w;
+            *w = j >= (size_t)vectors ? 0 : *w < -127 ? -127 : *w;
         }
     return true;
 }
 
-static bool read_clusters(struct dph_document *doc, const struct dph_gltf_part *part,
-                          struct dph_thickness *t, struct dph_error *err)
+bool dph_gltf_read_clusters(struct dph_document *doc, const struct dph_gltf_part *part,
+                            const char *name, int clusters, uint16_t *out, struct dph_error *err)
 {
     struct dph_gltf_accessor a;
     char place[120];
-    if (!open_attribute(doc, part, "_THICKNESS_CLUSTER", 1, &a, place, err))
+    if (!dph_gltf_open_attribute(doc, part, name, 1, &a, place, err))
         return false;
     if ((a.type != DPH_GLTF_UBYTE && a.type != DPH_GLTF_USHORT) || a.normalized)
         return dph_gltf_fail(doc, place, DPH_ERROR_INPUT, err, "%s%s, not UNSIGNED_BYTE or UNSIGNED_SHORT",
@@ -137,10 +145,10 @@ static bool read_clusters(struct dph_document *doc, const struct dph_gltf_part *
     dph_gltf_uints(&a, number);
     bool ok = true;
     for (size_t v = 0; v < a.count && ok; v++) {
-        if (number[v] >= (uint32_t)t->clusters)
+        if (number[v] >= (uint32_t)clusters)
             ok = dph_gltf_fail(doc, place, DPH_ERROR_INPUT, err, "element %zu is %u, there are %d clusters", v,
-                               number[v], t->clusters);
-        t->cluster[part->first + v] = (uint16_t)number[v];
+                               number[v], clusters);
+        out[v] = (uint16_t)number[v];
     }
     free(number);
     return ok;
@@ -154,7 +162,7 @@ bool dph_gltf_read_cpca(struct dph_document *doc, struct dph_body *body, size_t 
     size_t baked = 0, view = 0;
     for (size_t p = first; p < last; p++) {
         const struct dph_gltf_part *part = &doc->part[p];
-        const json_t *d = description(primitive_of(doc, part));
+        const json_t *d = description(dph_gltf_primitive(doc, part));
         struct dph_thickness own = {.nvert = body->mesh.nvert};
         double unit = 0;
         size_t own_view;
@@ -189,7 +197,8 @@ bool dph_gltf_read_cpca(struct dph_document *doc, struct dph_body *body, size_t 
     }
     snprintf(place, sizeof place, "meshes[%zu].primitives[%zu].extras.diaphan.thickness_cpca",
              doc->part[first].mesh, doc->part[first].primitive);
-    if (!read_table(doc, t, view, place, err))
+    if (!dph_gltf_read_table(doc, view, t->clusters, t->vectors, t->bands * t->bands, place,
+                             &t->table, err))
         goto error;
     t->data = dph_alloc(t->nvert, (size_t)t->components);
     t->cluster = dph_alloc(t->nvert, sizeof *t->cluster);
@@ -198,7 +207,11 @@ bool dph_gltf_read_cpca(struct dph_document *doc, struct dph_body *body, size_t 
         goto error;
     }
     for (size_t p = first; p < last; p++)
-        if (!read_weights(doc, &doc->part[p], t, err) || !read_clusters(doc, &doc->part[p], t, err))
+        if (!dph_gltf_read_weights(doc, &doc->part[p], "_THICKNESS_CPCA_", t->vectors,
+                                   (int8_t *)t->data + doc->part[p].first * (size_t)t->components,
+                                   err) ||
+            !dph_gltf_read_clusters(doc, &doc->part[p], "_THICKNESS_CLUSTER", t->clusters,
+                                    t->cluster + doc->part[p].first, err))
             goto error;
     body->thickness = t;
     return true;
@@ -208,8 +221,7 @@ error:
     return false;
 }
 
-size_t dph_gltf_put_clusters(struct dph_gltf_output *out, const struct dph_thickness *thickness,
-                             size_t first, size_t count)
+size_t dph_gltf_put_clusters(struct dph_gltf_output *out, const uint16_t *cluster, size_t count)
 {
     unsigned char *four = dph_alloc_zero(count, 4);
     if (!four) {
@@ -217,7 +229,7 @@ size_t dph_gltf_put_clusters(struct dph_gltf_output *out, const struct dph_thick
         return 0;
     }
     for (size_t v = 0; v < count; v++) { /* little-endian, so that a byte and a short begin alike */
-        unsigned number = thickness->cluster[first + v];
+        unsigned number = cluster[v];
         four[4 * v] = (unsigned char)(number & 255);
         four[4 * v + 1] = (unsigned char)(number >> 8);
     }

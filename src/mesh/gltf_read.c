@@ -400,7 +400,8 @@ static bool read_mesh(struct reader *r, size_t number, size_t *body_number, stru
         row += r->primitive[i].position.count;
     }
     double unit = 0;
-    if (!dph_gltf_read_thickness(doc, body, first, doc->npart, &unit, err))
+    if (!dph_gltf_read_thickness(doc, body, first, doc->npart, &unit, err) ||
+        !dph_gltf_read_rivals(doc, body, first, doc->npart, &unit, err))
         return false;
     if (unit && scene->mm_per_unit && unit != scene->mm_per_unit &&
         !dph_scene_warn(scene, "%s: %s: mm_per_unit is %g, another mesh says %g, which is used",

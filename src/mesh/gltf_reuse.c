@@ -28,6 +28,16 @@ static bool begins(const char *name, const char *prefix)
     return true;
 }
 
+bool dph_gltf_is_rivals_name(const char *name)
+{
+    static const char *const numbered[] = {"_prt_sh_", "_prt_cpca_"};
+    for (int i = 0; i < 2; i++)
+        if (begins(name, numbered[i]) && isdigit((unsigned char)name[strlen(numbered[i])]))
+            return true;
+    return (begins(name, "_prt_cluster") && !name[strlen("_prt_cluster")]) ||
+           (begins(name, "_patro_normal") && !name[strlen("_patro_normal")]);
+}
+
 bool dph_gltf_is_thickness_name(const char *name)
 {
     static const char sh[] = "_thickness_sh_", cpca[] = "_thickness_cpca_";
@@ -57,7 +67,7 @@ static void mark_views(struct use *use, json_t *json)
         json_object_foreach(json, key, value) {
             if (!strcmp(key, "bufferView"))
                 mark(use->view, use->nview, value, OTHER);
-            else if (strcmp(key, "thickness_cpca")) /* mark_meshes knows whose table that is */
+            else if (strcmp(key, "thickness_cpca") && strcmp(key, "prt_cpca")) /* mark_meshes knows whose table that is */
                 mark_views(use, value);
         }
 }
@@ -103,16 +113,23 @@ static void mark_meshes(struct use *use, const struct dph_scene *scene)
         json_array_foreach(json_object_get(mesh, "primitives"), p, primitive) {
             const struct dph_gltf_part *part = part_of(scene, m, p);
             bool replaced = part && scene->body[part->body].thickness;
+            bool rivals = part && scene->body[part->body].rivals;
             json_t *diaphan = json_object_get(json_object_get(primitive, "extras"), "diaphan");
             mark(use->view, use->nview,
                  json_object_get(json_object_get(diaphan, "thickness_cpca"), "bufferView"),
                  replaced ? OLD : OTHER);
+            mark(use->view, use->nview,
+                 json_object_get(json_object_get(diaphan, "prt_cpca"), "bufferView"),
+                 rivals ? OLD : OTHER);
             json_object_foreach(primitive, key, value) {
                 if (!strcmp(key, "attributes")) {
                     json_t *index;
                     json_object_foreach(value, name, index)
                         mark(use->accessor, use->naccessor, index,
-                             replaced && dph_gltf_is_thickness_name(name) ? OLD : OTHER);
+                             (replaced && dph_gltf_is_thickness_name(name)) ||
+                                     (rivals && dph_gltf_is_rivals_name(name))
+                                 ? OLD
+                                 : OTHER);
                 } else if (strcmp(key, "extras") && strcmp(key, "mode") &&
                            strcmp(key, "material")) {
                     mark_accessors(use, value);

@@ -66,27 +66,29 @@ static bool find_fit(const char *text, enum dph_fit *fit)
     return false;
 }
 
-bool dph_gltf_read_description(const struct dph_document *doc, const json_t *d, const char *place,
-                               bool scaled, struct dph_thickness *t, double *mm_per_unit,
-                               struct dph_error *err)
+bool dph_gltf_read_version(const struct dph_document *doc, const json_t *d, const char *place,
+                           struct dph_error *err)
 {
-    size_t version, bands, directions;
-    double scale[DPH_MAX_BANDS];
-    bool found;
+    size_t version;
     if (!json_is_object(d))
         return dph_gltf_fail(doc, place, DPH_ERROR_INPUT, err, "is not an object");
     if (!dph_gltf_size(doc, d, "version", place, DPH_GLTF_REQUIRED, SIZE_MAX, &version, err))
         return false;
-    if (version != 1)
-        return dph_gltf_fail(doc, place, DPH_ERROR_INPUT, err,
-                             "version is %zu, only 1 is read; bake the model again", version);
+    return version == 1 ||
+           dph_gltf_fail(doc, place, DPH_ERROR_INPUT, err,
+                         "version is %zu, only 1 is read; bake the model again", version);
+}
+
+bool dph_gltf_read_basis(const struct dph_document *doc, const json_t *d, const char *place,
+                         int most, int *number, struct dph_error *err)
+{
+    size_t bands;
     if (!dph_gltf_size(doc, d, "bands", place, DPH_GLTF_REQUIRED, SIZE_MAX, &bands, err))
         return false;
-    if (bands < 1 || bands > DPH_MAX_BANDS)
+    if (bands < 1 || bands > (size_t)most)
         return dph_gltf_fail(doc, place, DPH_ERROR_INPUT, err, "bands is %zu, not 1 to %d", bands,
-                             DPH_MAX_BANDS);
-    t->bands = (int)bands;
-    t->components = (int)((bands * bands + 3) / 4 * 4);
+                             most);
+    *number = (int)bands;
     const json_t *order = json_object_get(d, "order");
     if (order && (!json_is_string(order) || strcmp(json_string_value(order), "l*(l+1)+m")))
         return dph_gltf_fail(doc, place, DPH_ERROR_INPUT, err,
@@ -95,6 +97,21 @@ bool dph_gltf_read_description(const struct dph_document *doc, const json_t *d, 
     if (sign && !json_is_true(sign))
         return dph_gltf_fail(doc, place, DPH_ERROR_INPUT, err,
                              "condon_shortley is not true, the only sign that is read");
+    return true;
+}
+
+bool dph_gltf_read_description(const struct dph_document *doc, const json_t *d, const char *place,
+                               bool scaled, struct dph_thickness *t, double *mm_per_unit,
+                               struct dph_error *err)
+{
+    size_t bands, directions;
+    double scale[DPH_MAX_BANDS];
+    bool found;
+    if (!dph_gltf_read_version(doc, d, place, err) ||
+        !dph_gltf_read_basis(doc, d, place, DPH_MAX_BANDS, &t->bands, err))
+        return false;
+    bands = (size_t)t->bands;
+    t->components = (int)((bands * bands + 3) / 4 * 4);
     if (!dph_gltf_numbers(doc, d, "scale", place, bands, scale, &found, err))
         return false;
     if (scaled && !found)

@@ -16,40 +16,6 @@
 
 /* ---- thickness of one body ---- */
 
-static json_t *number(size_t value)
-{
-    return json_integer((json_int_t)value);
-}
-
-static json_t *view(struct dph_gltf_output *out, size_t offset, size_t size, size_t stride,
-                    int target)
-{
-    json_t *object = json_object();
-    dph_gltf_set(out, object, "buffer", json_integer(0));
-    dph_gltf_set(out, object, "byteOffset", number(offset));
-    dph_gltf_set(out, object, "byteLength", number(size));
-    if (stride)
-        dph_gltf_set(out, object, "byteStride", number(stride));
-    if (target)
-        dph_gltf_set(out, object, "target", json_integer(target));
-    return object;
-}
-
-static json_t *accessor(struct dph_gltf_output *out, size_t view_number, size_t offset, int type,
-                        size_t count, const char *shape)
-{
-    json_t *object = json_object();
-    dph_gltf_set(out, object, "bufferView", number(view_number));
-    if (offset)
-        dph_gltf_set(out, object, "byteOffset", number(offset));
-    dph_gltf_set(out, object, "componentType", json_integer(type));
-    if (type == DPH_GLTF_BYTE || type == DPH_GLTF_SHORT)
-        dph_gltf_set(out, object, "normalized", json_true());
-    dph_gltf_set(out, object, "count", number(count));
-    dph_gltf_set(out, object, "type", json_string(shape));
-    return object;
-}
-
 /* The object that stands in extras.diaphan.thickness_sh, or .thickness_cpca with the table in view
  * `table`. */
 static json_t *describe(struct dph_gltf_output *out, const struct dph_thickness *t,
@@ -66,7 +32,7 @@ static json_t *describe(struct dph_gltf_output *out, const struct dph_thickness 
         json_decref(scale);
         dph_gltf_set(out, d, "clusters", json_integer(t->clusters));
         dph_gltf_set(out, d, "vectors", json_integer(t->vectors));
-        dph_gltf_set(out, d, "bufferView", number(table));
+        dph_gltf_set(out, d, "bufferView", dph_gltf_number(table));
     } else {
         dph_gltf_set(out, d, "scale", scale);
     }
@@ -77,33 +43,6 @@ static json_t *describe(struct dph_gltf_output *out, const struct dph_thickness 
     if (mm_per_unit > 0 && isfinite(mm_per_unit))
         dph_gltf_set(out, d, "mm_per_unit", json_real(mm_per_unit));
     return d;
-}
-
-/* Rows of a body that one primitive draws, and where its attributes are. */
-struct strand {
-    json_t *primitive;
-    const json_t *position; /* number of its accessor; Nullable */
-    size_t first, count;
-    size_t accessor;        /* the first of components / 4 in `list` */
-};
-
-/* Puts `d` where it belongs. What was at home in extras already stays there; extras that are no
- * object move into a member called "extras", a member "diaphan" that is no object into one called
- * "value". */
-static void set_extras(struct dph_gltf_output *out, json_t *primitive, json_t *d, bool cpca)
-{
-    json_t *old = json_incref(json_object_get(primitive, "extras"));
-    json_t *extras = dph_gltf_own_object(out, primitive, "extras");
-    if (old && !json_is_object(old))
-        dph_gltf_set(out, extras, "extras", json_incref(old));
-    json_decref(old);
-    old = json_incref(json_object_get(extras, "diaphan"));
-    json_t *diaphan = dph_gltf_own_object(out, extras, "diaphan");
-    if (old && !json_is_object(old))
-        dph_gltf_set(out, diaphan, "value", json_incref(old));
-    json_decref(old);
-    json_object_del(diaphan, cpca ? "thickness_sh" : "thickness_cpca");
-    dph_gltf_set(out, diaphan, cpca ? "thickness_cpca" : "thickness_sh", d);
 }
 
 static void set_attributes(struct dph_gltf_output *out, json_t *primitive, const size_t *list,
@@ -121,29 +60,18 @@ static void set_attributes(struct dph_gltf_output *out, json_t *primitive, const
             snprintf(name, sizeof name, "_THICKNESS_CLUSTER");
         else
             snprintf(name, sizeof name, "_THICKNESS_%s_%d", cpca ? "CPCA" : "SH", i);
-        dph_gltf_set(out, attributes, name, number(list[i]));
+        dph_gltf_set(out, attributes, name, dph_gltf_number(list[i]));
     }
-    /* Draco would give the vertices another order than the one that thickness is in; the plain copy
-     * that was read stays. */
-    if (dph_gltf_extension(primitive, "KHR_draco_mesh_compression", NULL)) {
-        json_t *extensions = dph_gltf_own_object(out, primitive, "extensions");
-        json_object_del(extensions, "KHR_draco_mesh_compression");
-        if (!json_object_size(extensions))
-            json_object_del(primitive, "extensions");
-    }
+    dph_gltf_drop_draco(out, primitive);
 }
 
-/* How far back a primitive looks for one with its vertices: they come side by side, and all pairs
- * of many thousand would take long. */
-#define TWIN_REACH 256
-
 /* Two primitives with the same vertices share the same attributes. */
-static const struct strand *twin(const struct dph_thickness *t, const struct strand *strand,
-                                 size_t i)
+static const struct dph_gltf_strand *twin(const struct dph_thickness *t,
+                                          const struct dph_gltf_strand *strand, size_t i)
 {
     size_t row = (size_t)t->components * dph_store_size(t->store);
     const unsigned char *data = t->data;
-    for (size_t k = i > TWIN_REACH ? i - TWIN_REACH : 0; k < i && strand[i].position; k++)
+    for (size_t k = i > DPH_GLTF_TWIN_REACH ? i - DPH_GLTF_TWIN_REACH : 0; k < i && strand[i].position; k++)
         if (strand[k].position && strand[k].count == strand[i].count &&
             json_equal(strand[k].position, strand[i].position) &&
             !memcmp(data + strand[k].first * row, data + strand[i].first * row,
@@ -157,7 +85,7 @@ static const struct strand *twin(const struct dph_thickness *t, const struct str
 /* Adds a body's thickness to its primitives: one view, components / 4 accessors a primitive, each a
  * plane of its own, and one more for the clusters, which have the weights' stride of 4 bytes. */
 static bool add_thickness(struct dph_gltf_output *out, struct dph_gltf_slots *slots,
-                          const struct dph_thickness *t, double mm_per_unit, struct strand *strand,
+                          const struct dph_thickness *t, double mm_per_unit, struct dph_gltf_strand *strand,
                           size_t nstrand)
 {
     static const int type[] = {DPH_GLTF_FLOAT, DPH_GLTF_SHORT, DPH_GLTF_BYTE, DPH_GLTF_BYTE};
@@ -172,38 +100,41 @@ static bool add_thickness(struct dph_gltf_output *out, struct dph_gltf_slots *sl
         size_t size = dph_thickness_shared(t);
         size_t at = dph_gltf_put_bytes(out, t->table, size, 4, NULL);
         table = dph_gltf_place(out, "bufferViews", slots->view, &slots->nview,
-                               view(out, at, size, 0, 0));
+                               dph_gltf_make_view(out, at, size, 0, 0));
     }
     for (size_t i = 0; i < nstrand; i++) {
-        const struct strand *same = twin(t, strand, i);
+        const struct dph_gltf_strand *same = twin(t, strand, i);
         strand[i].accessor = same ? same->accessor : i * planes;
         if (!same) {
             size_t at = dph_gltf_put_rows(out, t, strand[i].first, strand[i].count);
             if (begin == SIZE_MAX) { /* its length is known at the end */
                 begin = at;
                 view_number = dph_gltf_place(out, "bufferViews", slots->view, &slots->nview,
-                                             view(out, at, 0, four, ARRAY_BUFFER));
+                                             dph_gltf_make_view(out, at, 0, four, ARRAY_BUFFER));
             }
             for (size_t k = 0; k < rows; k++)
                 list[i * planes + k] =
                     dph_gltf_place(out, "accessors", slots->accessor, &slots->naccessor,
-                                   accessor(out, view_number,
+                                   dph_gltf_make_accessor(out, view_number,
                                             at - begin + k * strand[i].count * four,
                                             type[t->store], strand[i].count, "VEC4"));
             if (cpca) {
-                at = dph_gltf_put_clusters(out, t, strand[i].first, strand[i].count);
+                at = dph_gltf_put_clusters(out, t->cluster + strand[i].first, strand[i].count);
                 list[i * planes + rows] = dph_gltf_place(
                     out, "accessors", slots->accessor, &slots->naccessor,
-                    accessor(out, view_number, at - begin,
+                    dph_gltf_make_accessor(out, view_number, at - begin,
                              t->clusters <= 256 ? DPH_GLTF_UBYTE : DPH_GLTF_USHORT,
                              strand[i].count, "SCALAR"));
             }
         }
         set_attributes(out, strand[i].primitive, list + strand[i].accessor, (int)planes, cpca);
-        set_extras(out, strand[i].primitive, describe(out, t, mm_per_unit, table), cpca);
+        dph_gltf_set_description(out, strand[i].primitive, cpca ? "thickness_sh" : "thickness_cpca",
+                                 NULL);
+        dph_gltf_set_description(out, strand[i].primitive, cpca ? "thickness_cpca" : "thickness_sh",
+                                 describe(out, t, mm_per_unit, table));
     }
     dph_gltf_set(out, json_array_get(json_object_get(out->root, "bufferViews"), view_number),
-                 "byteLength", number(out->size - begin));
+                 "byteLength", dph_gltf_number(out->size - begin));
     free(list);
     return true;
 }
@@ -212,14 +143,14 @@ static bool add_thickness(struct dph_gltf_output *out, struct dph_gltf_slots *sl
 
 /* The strands of a body: parts first .. last - 1, their primitives ready to be changed. */
 static bool own_primitives(struct dph_gltf_output *out, const struct dph_document *doc,
-                           size_t first, size_t last, struct strand *strand)
+                           size_t first, size_t last, struct dph_gltf_strand *strand)
 {
     json_t *meshes = json_object_get(out->root, "meshes");
     json_t *mesh = dph_gltf_own_element(out, meshes, doc->part[first].mesh);
     json_t *primitives = dph_gltf_own_array(out, mesh, "primitives");
     for (size_t i = first; i < last; i++) {
         json_t *primitive = dph_gltf_own_element(out, primitives, doc->part[i].primitive);
-        strand[i - first] = (struct strand){
+        strand[i - first] = (struct dph_gltf_strand){
             .primitive = primitive,
             .position = json_object_get(json_object_get(primitive, "attributes"), "POSITION"),
             .first = doc->part[i].first,
@@ -233,7 +164,7 @@ static bool write_document(const struct dph_scene *scene, const char *path, stru
     const struct dph_document *doc = scene->document;
     struct dph_gltf_output out = {.root = json_copy(doc->root)};
     struct dph_gltf_slots slots = {0};
-    struct strand *strand = dph_alloc(doc->npart, sizeof *strand);
+    struct dph_gltf_strand *strand = dph_alloc(doc->npart, sizeof *strand);
     bool ok = false;
     if (!out.root || !strand) {
         dph_fail_memory(err);
@@ -248,16 +179,18 @@ static bool write_document(const struct dph_scene *scene, const char *path, stru
         for (last = first; last < doc->npart && doc->part[last].body == body; last++)
             rows += doc->part[last].count;
         const struct dph_thickness *t = scene->body[body].thickness;
-        if (!t)
+        const struct dph_rivals *rivals = scene->body[body].rivals;
+        if (!t && !rivals)
             continue;
-        if (t->nvert != rows) {
+        if (t && t->nvert != rows) {
             dph_fail(err, DPH_ERROR_ARGUMENT,
                      "%s: body %zu has thickness for %zu vertices, its document has %zu", path,
                      body, t->nvert, rows);
             goto done;
         }
         if (!own_primitives(&out, doc, first, last, strand) ||
-            !add_thickness(&out, &slots, t, scene->mm_per_unit, strand, last - first)) {
+            (t && !add_thickness(&out, &slots, t, scene->mm_per_unit, strand, last - first)) ||
+            (rivals && !dph_gltf_add_rivals(&out, &slots, rivals, strand, last - first))) {
             dph_fail_memory(err);
             goto done;
         }
@@ -279,7 +212,7 @@ done:
 static size_t add_view(struct dph_gltf_output *out, size_t offset, size_t stride, int target)
 {
     json_t *views = json_object_get(out->root, "bufferViews");
-    dph_gltf_append(out, views, view(out, offset, out->size - offset, stride, target));
+    dph_gltf_append(out, views, dph_gltf_make_view(out, offset, out->size - offset, stride, target));
     return json_array_size(views) - 1;
 }
 
@@ -293,7 +226,7 @@ static size_t add_accessor(struct dph_gltf_output *out, json_t *object)
 static size_t add_floats(struct dph_gltf_output *out, const float *data, size_t count, int width)
 {
     size_t at = dph_gltf_put_bytes(out, data, count * (size_t)width * 4, 4, NULL);
-    return add_accessor(out, accessor(out, add_view(out, at, 0, ARRAY_BUFFER), 0, DPH_GLTF_FLOAT,
+    return add_accessor(out, dph_gltf_make_accessor(out, add_view(out, at, 0, ARRAY_BUFFER), 0, DPH_GLTF_FLOAT,
                                       count, width == 3 ? "VEC3" : "VEC2"));
 }
 
@@ -303,7 +236,7 @@ static size_t add_indices(struct dph_gltf_output *out, const struct dph_mesh *me
     size_t count = 3 * mesh->ntri;
     size_t at = narrow ? dph_gltf_put_shorts(out, mesh->index, count)
                        : dph_gltf_put_bytes(out, mesh->index, count * 4, 4, NULL);
-    return add_accessor(out, accessor(out, add_view(out, at, 0, ELEMENT_ARRAY_BUFFER), 0,
+    return add_accessor(out, dph_gltf_make_accessor(out, add_view(out, at, 0, ELEMENT_ARRAY_BUFFER), 0,
                                       narrow ? DPH_GLTF_USHORT : DPH_GLTF_UINT, count, "SCALAR"));
 }
 
@@ -340,27 +273,29 @@ static bool add_mesh(struct dph_gltf_output *out, const struct dph_body *body, d
     json_t *attributes = json_object();
     size_t position = add_floats(out, mesh->position, mesh->nvert, 3);
     add_range(out, position, mesh);
-    dph_gltf_set(out, attributes, "POSITION", number(position));
+    dph_gltf_set(out, attributes, "POSITION", dph_gltf_number(position));
     if (mesh->normal)
         dph_gltf_set(out, attributes, "NORMAL",
-                     number(add_floats(out, mesh->normal, mesh->nvert, 3)));
+                     dph_gltf_number(add_floats(out, mesh->normal, mesh->nvert, 3)));
     if (mesh->texcoord)
         dph_gltf_set(out, attributes, "TEXCOORD_0",
-                     number(add_floats(out, mesh->texcoord, mesh->nvert, 2)));
+                     dph_gltf_number(add_floats(out, mesh->texcoord, mesh->nvert, 2)));
     dph_gltf_set(out, primitive, "attributes", attributes);
     if (!unshared(mesh))
-        dph_gltf_set(out, primitive, "indices", number(add_indices(out, mesh)));
+        dph_gltf_set(out, primitive, "indices", dph_gltf_number(add_indices(out, mesh)));
     dph_gltf_set(out, primitive, "material", json_integer(0));
     dph_gltf_append(out, primitives, primitive);
     if (*body->name)
         dph_gltf_set(out, object, "name", json_string(body->name));
     dph_gltf_set(out, object, "primitives", primitives);
     dph_gltf_append(out, json_object_get(out->root, "meshes"), object);
-    if (!body->thickness || out->memory)
-        return !out->memory;
+    if (out->memory)
+        return false;
     struct dph_gltf_slots none = {0};
-    struct strand strand = {.primitive = primitive, .count = mesh->nvert};
-    return add_thickness(out, &none, body->thickness, mm_per_unit, &strand, 1);
+    struct dph_gltf_strand strand = {.primitive = primitive, .count = mesh->nvert};
+    return (!body->thickness ||
+            add_thickness(out, &none, body->thickness, mm_per_unit, &strand, 1)) &&
+           (!body->rivals || dph_gltf_add_rivals(out, &none, body->rivals, &strand, 1));
 }
 
 static void add_node(struct dph_gltf_output *out, const struct dph_scene *scene, size_t i)
@@ -371,7 +306,7 @@ static void add_node(struct dph_gltf_output *out, const struct dph_scene *scene,
     json_t *node = json_object();
     if (*name)
         dph_gltf_set(out, node, "name", json_string(name));
-    dph_gltf_set(out, node, "mesh", number(instance->body));
+    dph_gltf_set(out, node, "mesh", dph_gltf_number(instance->body));
     if (memcmp(instance->matrix, identity, sizeof identity)) {
         json_t *matrix = json_array();
         for (int k = 0; k < 16; k++)
@@ -419,7 +354,7 @@ static bool write_plain(const struct dph_scene *scene, const char *path, struct 
         json_object_get(json_array_get(json_object_get(out.root, "scenes"), 0), "nodes");
     for (size_t i = 0; i < scene->ninstance; i++) {
         add_node(&out, scene, i);
-        dph_gltf_append(&out, roots, number(i));
+        dph_gltf_append(&out, roots, dph_gltf_number(i));
     }
     if (!scene->ninstance) { /* glTF wants no empty arrays */
         json_object_del(out.root, "nodes");

@@ -79,7 +79,7 @@ static bool draw_prt(struct dph_draw *draw, struct dph_error *err)
         float incoming[3 * DPH_PRT_CHANNEL];
         if (!gpu->count)
             continue;
-        if (!body->rivals || !body->rivals->transfer.npos)
+        if (!body->rivals || !body->rivals->transfer.vector)
             return dph_fail(err, DPH_ERROR_ARGUMENT,
                             "pass prt: body %zu ('%.60s') has no transfer vectors", instance->body,
                             body->name);
@@ -110,7 +110,7 @@ static void cost(const struct dph_draw *draw, struct dph_cost *cost)
     for (size_t i = 0; i < draw->renderer->scene->nbody; i++) {
         const struct dph_body *body = &draw->renderer->scene->body[i];
         vertices += (double)body->mesh.nvert;
-        if (body->rivals && body->rivals->transfer.npos)
+        if (body->rivals && body->rivals->transfer.vector)
             bytes += (double)body->mesh.nvert * (4 + 48.0 * texels_of(&body->rivals->transfer));
     }
     cost->bytes_per_vertex += vertices > 0 ? bytes / vertices : 0;

@@ -30,5 +30,8 @@ const validator = require(process.argv[2] + '/gltf-validator');
     process.exit(bad ? 1 : 0);
 })();
 JS
+expect 0 bake box.obj -o rivals.glb -q --directions 16 --for shsss,prt-cpca,patro,prt
+expect 0 bake box.obj -o rivals-box.glb -q --directions 16 --bands 5 --for prt,patro
+expect 0 bake rivals.glb -o rivals-again.glb -q --directions 16 --for prt --bands 3
 node check.cjs "$modules" ./*.glb || fail "the validator has something to say"
 finish
