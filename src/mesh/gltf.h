@@ -185,7 +185,8 @@ bool dph_gltf_read_counts(const struct dph_document *doc, const json_t *d, const
 /* Means and vectors of n numbers each, into *table, which the caller frees also after a failure. */
 bool dph_gltf_read_table(struct dph_document *doc, size_t view, int clusters, int vectors, int n,
                          const char *place, float **table, struct dph_error *err);
-/* Weights of a part, from the attributes `prefix`0, `prefix`1 and so on: rows of vectors rounded up to 4. */
+/* Weights of a part, from the attributes `prefix`0, `prefix`1 and so on: rows of vectors rounded up
+ * to 4. */
 bool dph_gltf_read_weights(struct dph_document *doc, const struct dph_gltf_part *part,
                            const char *prefix, int vectors, int8_t *out, struct dph_error *err);
 /* Numbers of clusters of a part. */
@@ -243,31 +244,37 @@ void dph_gltf_close_buffer(struct dph_gltf_output *out);
 
 struct dph_gltf_slots;
 
-/* gltf_attributes.c: what the writers of vertex data share. Rows of a body that one primitive draws, and where its attributes are. */
+/* gltf_attributes.c: what the writers of vertex data share. Rows of a body that one primitive
+ * draws, and where its attributes are. */
 struct dph_gltf_strand {
     json_t *primitive;
     const json_t *position; /* number of its accessor; Nullable                                   */
     size_t first, count;
     size_t accessor;        /* the first of its own in a list of the writer's                     */
 };
-/* How far back a primitive looks for one with its vertices: they come side by side, and all pairs of many thousand would take long. */
+/* How far back a primitive looks for one with its vertices: they come side by side, and all pairs
+ * of many thousand would take long. */
 #define DPH_GLTF_TWIN_REACH 256
 json_t *dph_gltf_number(size_t value);
 json_t *dph_gltf_make_view(struct dph_gltf_output *out, size_t offset, size_t size, size_t stride,
                            int target);
 json_t *dph_gltf_make_accessor(struct dph_gltf_output *out, size_t view_number, size_t offset,
                                int type, size_t count, const char *shape);
-/* Sets extras.diaphan.KEY, or removes it where `d` is NULL. What was at home in extras already stays there; extras that are no object
- * move into a member called "extras", a member "diaphan" that is no object into one called "value". */
+/* Sets extras.diaphan.KEY, or removes it where `d` is NULL. What was at home in extras already
+ * stays there; extras that are no object move into a member called "extras", a member "diaphan"
+ * that is no object into one called "value". */
 void dph_gltf_set_description(struct dph_gltf_output *out, json_t *primitive, const char *key,
                               json_t *d);
-/* Draco would give the vertices another order than the one that the new data are in; the plain copy that was read stays. */
+/* Draco would give the vertices another order than the one that the new data are in; the plain copy
+ * that was read stays. */
 void dph_gltf_drop_draco(struct dph_gltf_output *out, json_t *primitive);
 
-/* gltf_rivals.c: what the other methods store, of a body, parts first .. last - 1; `rivals` stays NULL where there is nothing. */
+/* gltf_rivals.c: what the other methods store, of a body, parts first .. last - 1; `rivals` stays
+ * NULL where there is nothing. */
 bool dph_gltf_read_rivals(struct dph_document *doc, struct dph_body *body, size_t first, size_t last,
                           double *mm_per_unit, struct dph_error *err);
-/* gltf_rivals_write.c: the same into the body's primitives; what they had is replaced. False: out of memory. */
+/* gltf_rivals_write.c: the same into the body's primitives; what they had is replaced. False: out
+ * of memory. */
 bool dph_gltf_add_rivals(struct dph_gltf_output *out, struct dph_gltf_slots *slots,
                          const struct dph_rivals *rivals, struct dph_gltf_strand *strand,
                          size_t nstrand);
@@ -280,7 +287,8 @@ struct dph_gltf_slots {
     size_t *accessor, *view;  /* ascending                                                        */
     size_t keep;              /* bytes of the first buffer without the old thickness              */
 };
-/* Finds those of the bodies that have thickness, and of those that have other methods' data, now. */
+/* Finds those of the bodies that have thickness, and of those that have other methods' data, now.
+ */
 bool dph_gltf_find_slots(const struct dph_scene *scene, struct dph_gltf_slots *slots,
                          struct dph_error *err);
 void dph_gltf_slots_finish(struct dph_gltf_slots *slots);

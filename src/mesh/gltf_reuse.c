@@ -67,7 +67,8 @@ static void mark_views(struct use *use, json_t *json)
         json_object_foreach(json, key, value) {
             if (!strcmp(key, "bufferView"))
                 mark(use->view, use->nview, value, OTHER);
-            else if (strcmp(key, "thickness_cpca") && strcmp(key, "prt_cpca")) /* mark_meshes knows whose table that is */
+            else if (strcmp(key, "thickness_cpca") && strcmp(key, "prt_cpca"))
+                /* mark_meshes knows whose table that is */
                 mark_views(use, value);
         }
 }
