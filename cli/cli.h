@@ -59,6 +59,8 @@ struct settings {
     enum dph_window window;
     int samples;
 
+    double max_flip, min_psnr; /* compare; infinite: not given */
+
     double seconds; /* bench: a measurement at least */
     int nsize;
     int size[MAX_SIZES]; /* bench bake: triangles of made-up meshes */
@@ -76,8 +78,8 @@ struct command {
     int (*run)(struct settings *settings); /* returns an exit code */
 };
 
-extern const struct command command_bake, command_bench, command_candle, command_info,
-    command_render;
+extern const struct command command_bake, command_bench, command_candle, command_compare,
+    command_info, command_render;
 
 /* options.c */
 void settings_init(struct settings *settings, const struct command *command);

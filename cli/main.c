@@ -7,7 +7,8 @@
 #include <string.h>
 
 static const struct command *const commands[] = {
-    &command_bake, &command_render, &command_info, &command_candle, &command_bench, NULL,
+    &command_bake,   &command_render, &command_compare, &command_info,
+    &command_candle, &command_bench,  NULL,
 };
 
 static const struct command *find(const char *name)

@@ -445,6 +445,11 @@ static const struct option options[] = {
     {"blur-mm", 0, "X", "a mean free path", "green-gauss: sigma of the blur", AT(blur_mm), 0, 1e12,
      NULL, parse_real},
     {"samples", 0, "N", "4", "multisampling, 1 to 16", AT(samples), 1, 16, NULL, parse_int},
+    /* comparing */
+    {"max-flip", 0, "X", NULL, "exit code 5 where FLIP is above X", AT(max_flip), 0, 1, NULL,
+     parse_real},
+    {"min-psnr", 0, "X", NULL, "exit code 5 where PSNR is below X dB", AT(min_psnr), -1e6, 1e6,
+     NULL, parse_real},
     /* measuring */
     {"seconds", 0, "S", "1", "how long each measurement runs at least", AT(seconds), 0.01, 3600,
      NULL, parse_real},
@@ -491,6 +496,8 @@ void settings_init(struct settings *settings, const struct command *command)
         .map_size = frame.map_size,
         .blur_mm = frame.blur_mm,
         .window = frame.window,
+        .max_flip = INFINITY,
+        .min_psnr = -INFINITY,
         .seconds = 1.0,
     };
 }

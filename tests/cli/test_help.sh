@@ -6,7 +6,7 @@ expect 0 --help
 grep -q '^Examples:' stdout || fail "no examples"
 commands=$(sed -n '/^Commands:/,/^$/s/^  \([a-z]*\) .*/\1/p' stdout)
 [ -n "$commands" ] || fail "no list of commands"
-for command in bake render info candle bench; do
+for command in bake render compare info candle bench; do
     grep -qw "$command" <<<"$commands" || fail "$command is missing in the help"
 done
 for command in $commands; do
