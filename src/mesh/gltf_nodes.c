@@ -59,7 +59,7 @@ static bool link_nodes(struct walk *w, struct dph_error *err)
             return false;
         snprintf(place, sizeof place, "nodes[%zu].children", i);
         for (size_t k = 0; k < json_array_size(children); k++) {
-            size_t child;
+            size_t child = 0;
             if (!node_index(w, children, k, place, &child, err))
                 return false;
             if (w->parent[child] != NO_NODE)
@@ -296,7 +296,7 @@ static bool push_roots(struct walk *w, size_t *depth, struct dph_error *err)
         return false;
     snprintf(place, sizeof place, "scenes[%zu].nodes", which);
     for (size_t k = json_array_size(roots); k-- > 0;) {
-        size_t node;
+        size_t node = 0;
         if (!node_index(w, roots, k, place, &node, err))
             return false;
         if (w->parent[node] != NO_NODE)
