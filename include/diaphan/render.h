@@ -6,6 +6,7 @@
 #ifndef DIAPHAN_RENDER_H
 #define DIAPHAN_RENDER_H
 
+#include <diaphan/camera.h>
 #include <diaphan/image.h>
 #include <diaphan/light.h>
 #include <diaphan/material.h>
@@ -44,13 +45,6 @@ struct dph_method {
 const struct dph_method *dph_method_at(size_t i);
 /* NULL: not known. */
 const struct dph_method *dph_method_find(const char *name);
-
-/* Where the picture is taken from. Looks at the centre of the scene's bounding box. */
-struct dph_camera {
-    double azimuth, elevation; /* degrees, of the place the camera stands                          */
-    double distance;           /* in bounding-sphere radii (half the box's diagonal)               */
-    double fov;                /* vertical, degrees                                                */
-};
 
 /* Everything that a picture depends on besides the scene. struct dph_frame f =
  * dph_frame_defaults(); */

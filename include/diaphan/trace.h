@@ -1,7 +1,8 @@
 /* diaphan/trace.h - rays against a mesh, through Embree.
  *     Tier 2. Only where the library was built with it.
  *
- * Used to check the sweep and to be measured beside it; later by the path-traced reference. */
+ * Used to check the sweep and to be measured beside it, and by the path-traced reference
+ * (reference.h). */
 #ifndef DIAPHAN_TRACE_H
 #define DIAPHAN_TRACE_H
 
@@ -38,6 +39,42 @@ void dph_rays_thickness(const struct dph_rays *rays, enum dph_definition definit
  * (0: all). `thickness` (count x npos), a row a direction. */
 void dph_rays_thickness_all(const struct dph_rays *rays, enum dph_definition definition,
                             const float *direction, size_t count, int threads, float *thickness);
+
+/* Where a ray meets the mesh. */
+struct dph_hit {
+    double distance;  /* from the origin, in the unit of the positions                             */
+    double normal[3]; /* of the triangle, unit length, outward                                     */
+};
+
+/* The next two take any origin and a unit direction, in the space and unit of the positions. Every
+ * thread that calls them brackets its calls with these: they turn on flush-to-zero and give the
+ * state back. */
+unsigned int dph_rays_enter(void);
+void dph_rays_leave(unsigned int before);
+
+/* The nearest hit at a distance from 0 to `limit` (INFINITY: any). False: none. A hit on the
+ * origin's own triangle counts, so a caller starts beside the surface by dph_rays_margin. */
+bool dph_rays_nearest(const struct dph_rays *rays, const double origin[3],
+                      const double direction[3], double limit, struct dph_hit *hit);
+
+/* How far from a surface, in the unit of the positions, a point must be so that rounding leaves it
+ * on its side: a millionth of the mesh's size. */
+double dph_rays_margin(const struct dph_rays *rays);
+
+/* All crossings along a ray, nearest first, as parts of the ray inside the bodies. */
+#define DPH_MAX_SPANS 128
+struct dph_spans {
+    int count;
+    double span[DPH_MAX_SPANS][2]; /* where a part begins and ends                                 */
+    double length;                 /* of all parts                                                 */
+    bool inside;                   /* the origin is inside                                         */
+    bool overflow;                 /* there were more crossings than are looked at                 */
+};
+
+/* Fills `spans`. A point is inside where more bodies are left than entered farther along the ray,
+ * so that overlapping bodies count once. An edge that is met twice counts once. */
+void dph_rays_spans(const struct dph_rays *rays, const double origin[3], const double direction[3],
+                    struct dph_spans *spans);
 
 #ifdef __cplusplus
 }

@@ -36,6 +36,7 @@ struct dph_rays {
     uint32_t *index; /* (ntri x 3) */
     size_t npos;
     double unit; /* length of the unit cube's side in the caller's unit */
+    double centre[3]; /* of the unit cube, in the caller's space */
 };
 
 /* What a filter needs to know of its ray. Embree hands the first member back, so it must stay
@@ -126,12 +127,12 @@ static void normalise(struct dph_rays *rays, const float *position, size_t npos)
         rays->unit = fmax(rays->unit, high[k] - low[k]);
     if (!(rays->unit > 0.0))
         rays->unit = 1.0;
+    for (int k = 0; k < 3 && npos; k++)
+        rays->centre[k] = 0.5 * (low[k] + high[k]);
     for (size_t i = 0; i < npos; i++)
-        for (int k = 0; k < 3; k++) {
-            double centre = 0.5 * (low[k] + high[k]);
+        for (int k = 0; k < 3; k++)
             rays->position[3 * i + k] =
-                (float)(((double)position[3 * i + k] - centre) / rays->unit);
-        }
+                (float)(((double)position[3 * i + k] - rays->centre[k]) / rays->unit);
 }
 
 static bool fail_embree(RTCDevice device, struct dph_error *err)
@@ -301,4 +302,139 @@ void dph_rays_thickness_all(const struct dph_rays *rays, enum dph_definition def
 {
     struct batch batch = {rays, definition, direction, thickness};
     dph_parallel(dph_thread_count(threads), count, one_direction, &batch);
+}
+
+unsigned int dph_rays_enter(void)
+{
+    return flush_denormals();
+}
+
+void dph_rays_leave(unsigned int before)
+{
+    restore_denormals(before);
+}
+
+double dph_rays_margin(const struct dph_rays *rays)
+{
+    return 1e-6 * rays->unit;
+}
+
+/* A ray of the caller's space in the unit cube. */
+static void aim(const struct dph_rays *rays, const double origin[3], const double direction[3],
+                double limit, struct RTCRayHit *ray)
+{
+    *ray = (struct RTCRayHit){
+        .ray = {.org_x = (float)((origin[0] - rays->centre[0]) / rays->unit),
+                .org_y = (float)((origin[1] - rays->centre[1]) / rays->unit),
+                .org_z = (float)((origin[2] - rays->centre[2]) / rays->unit),
+                .dir_x = (float)direction[0],
+                .dir_y = (float)direction[1],
+                .dir_z = (float)direction[2],
+                .tfar = (float)(limit / rays->unit),
+                .mask = ~0u},
+        .hit = {.geomID = RTC_INVALID_GEOMETRY_ID, .instID = {RTC_INVALID_GEOMETRY_ID}},
+    };
+}
+
+bool dph_rays_nearest(const struct dph_rays *rays, const double origin[3],
+                      const double direction[3], double limit, struct dph_hit *hit)
+{
+    struct RTCIntersectContext context;
+    struct RTCRayHit ray;
+    rtcInitIntersectContext(&context);
+    aim(rays, origin, direction, limit, &ray);
+    rtcIntersect1(rays->scene, &context, &ray);
+    if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID)
+        return false;
+    double n[3] = {(double)ray.hit.Ng_x, (double)ray.hit.Ng_y, (double)ray.hit.Ng_z};
+    double length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    hit->distance = (double)ray.ray.tfar * rays->unit;
+    for (int k = 0; k < 3; k++)
+        hit->normal[k] = length > 0 ? n[k] / length : -direction[k];
+    return true;
+}
+
+enum { MAX_CROSSINGS = 2 * DPH_MAX_SPANS };
+
+/* The first member is Embree's, as in struct query. */
+struct crossings {
+    struct RTCIntersectContext context;
+    const float *direction;
+    int count;
+    bool overflow;
+    float distance[MAX_CROSSINGS];
+    int sign[MAX_CROSSINGS];
+};
+
+/* Sorts a crossing in by its distance. Of too many the nearest stay. */
+static void note_crossing(const struct RTCFilterFunctionNArguments *args)
+{
+    struct crossings *crossings = (void *)args->context;
+    const struct RTCHit *hit = (const void *)args->hit;
+    const struct RTCRay *ray = (const void *)args->ray;
+    if (args->valid[0] != -1)
+        return;
+    args->valid[0] = 0;
+    int sign = sign_of_hit(crossings->direction, hit->Ng_x, hit->Ng_y, hit->Ng_z);
+    int i = crossings->count;
+    if (!sign)
+        return;
+    if (i == MAX_CROSSINGS) {
+        crossings->overflow = true;
+        if (crossings->distance[--i] <= ray->tfar)
+            return;
+    } else {
+        crossings->count++;
+    }
+    for (; i && crossings->distance[i - 1] > ray->tfar; i--) {
+        crossings->distance[i] = crossings->distance[i - 1];
+        crossings->sign[i] = crossings->sign[i - 1];
+    }
+    crossings->distance[i] = ray->tfar;
+    crossings->sign[i] = sign;
+}
+
+void dph_rays_spans(const struct dph_rays *rays, const double origin[3], const double direction[3],
+                    struct dph_spans *spans)
+{
+    struct RTCRayHit ray;
+    struct crossings crossings;
+    crossings.count = 0;
+    crossings.overflow = false;
+    aim(rays, origin, direction, INFINITY, &ray);
+    const float along[3] = {ray.ray.dir_x, ray.ray.dir_y, ray.ray.dir_z};
+    crossings.direction = along;
+    rtcInitIntersectContext(&crossings.context);
+    crossings.context.filter = note_crossing;
+    rtcIntersect1(rays->scene, &crossings.context, &ray);
+
+    /* the triangles at an edge report the same crossing twice, a rounding apart */
+    int n = 0, depth = 0;
+    for (int i = 0; i < crossings.count; i++) {
+        if (n && crossings.sign[n - 1] == crossings.sign[i] &&
+            crossings.distance[i] - crossings.distance[n - 1] <= 2e-7f)
+            continue;
+        crossings.distance[n] = crossings.distance[i];
+        crossings.sign[n++] = crossings.sign[i];
+        depth += crossings.sign[i];
+    }
+    spans->count = 0;
+    spans->length = 0;
+    spans->inside = depth > 0;
+    spans->overflow = crossings.overflow;
+    double from = 0;
+    for (int i = 0; i < n; i++) {
+        double to = (double)crossings.distance[i] * rays->unit;
+        if (depth > 0 && spans->count < DPH_MAX_SPANS) {
+            if (spans->count && spans->span[spans->count - 1][1] >= from)
+                spans->span[spans->count - 1][1] = to; /* goes on where another body begins */
+            else {
+                spans->span[spans->count][0] = from;
+                spans->span[spans->count++][1] = to;
+            }
+            spans->length += to - from;
+        }
+        depth -= crossings.sign[i];
+        from = to;
+    }
 }

@@ -1,0 +1,42 @@
+/* trace/reference.h - what the parts of the path tracer share.      Tier 2, private. */
+#ifndef DPH_TRACE_REFERENCE_H
+#define DPH_TRACE_REFERENCE_H
+
+#include <diaphan/reference.h>
+#include <diaphan/trace.h>
+
+#include "trace/medium.h"
+
+/* A distant light as paths see it. */
+struct dph_sun {
+    double to_light[3];   /* unit length */
+    double irradiance[3]; /* of a plane perpendicular to it */
+    double cosine;        /* of the disc's half-angle; 1: a point */
+    double radiance[3];   /* of the disc */
+    double even;          /* irradiance of a sample of the disc over that of the axis, see path.c */
+};
+
+/* A prepared scene. Lengths are in mm, from the centre of the scene. Read-only while tracing. */
+struct dph_stage {
+    struct dph_rays *rays;
+    struct dph_volume volume;
+    enum dph_boundary boundary;
+    double eta;
+    double margin; /* distance at which rounding cannot lead across a surface */
+    double radius; /* of the scene's bounding sphere */
+    int nsun;
+    struct dph_sun *sun; /* (nsun) */
+    double background[3];
+    dph_radiance *environment;
+    void *environment_user;
+};
+
+/* How a path ended. */
+enum dph_ending { DPH_ENDING_PLAIN = 0, DPH_ENDING_LOST, DPH_ENDING_CAPPED };
+
+/* Radiance against a camera ray, by one path. `covered`: the ray met a body. */
+enum dph_ending dph_path_trace(const struct dph_stage *stage, struct dph_random *random,
+                               const double origin[3], const double direction[3],
+                               double radiance[3], bool *covered);
+
+#endif

@@ -1,0 +1,557 @@
+/* The path tracer against closed forms and published numbers: slabs and half spaces by its walks,
+ * then through meshes and the camera; the white furnace; light that only passes. Seeds are fixed,
+ * so a test that passes once passes always; every mean is held to three of its standard errors, and
+ * the error to a bound, so that noise cannot hide a mistake. */
+#include <diaphan/reference.h>
+#include <diaphan/trace.h>
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "shapes.h"
+#include "trace/medium.h"
+
+/* Sums for a mean and its standard error. */
+struct mean {
+    double sum, square, n;
+};
+
+static void add(struct mean *mean, double x)
+{
+    mean->sum += x;
+    mean->square += x * x;
+    mean->n++;
+}
+
+static double value(const struct mean *mean)
+{
+    return mean->sum / mean->n;
+}
+
+static double deviation(const struct mean *mean)
+{
+    double m = value(mean);
+    return sqrt(fmax(0, mean->square / mean->n - m * m) / mean->n);
+}
+
+/* Within three standard errors of `expected`, which has an error of its own. */
+static void check(const char *what, const struct mean *mean, double expected, double error,
+                  double bound)
+{
+    double e = deviation(mean), difference = value(mean) - expected;
+    if (UNDER_SANITIZER)
+        bound *= 5;
+    printf("    %-44s %.5f, expected %.5f, %+.1f standard errors of %.5f\n", what, value(mean),
+           expected, difference / sqrt(e * e + error * error), e);
+    assert_true(e < bound);
+    assert_true(fabs(difference) <= 3 * sqrt(e * e + error * error));
+}
+
+/* Light from above on a slab of depth d, its cosine mu0: what comes out above and below. */
+static void walk_slab(const struct dph_volume *volume, double d, double eta, double mu0, int count,
+                      struct mean above[3], struct mean below[3])
+{
+    for (int i = 0; i < count; i++) {
+        struct dph_random random = dph_random_seed(7, 0, (uint64_t)i);
+        struct dph_walk walk;
+        double to[3] = {sqrt(1 - mu0 * mu0), 0, mu0}, z = 0, weight[3] = {1, 1, 1};
+        const double up[3] = {0, 0, -1}, down[3] = {0, 0, 1};
+        int end = -1; /* 1: above, 2: below, 0: ended inside */
+        dph_walk_begin(&walk, &random);
+        if (eta > 1 && !dph_boundary_sample(&random, eta, up, to))
+            end = 1;
+        while (end < 0) {
+            double s = dph_walk_flight(&walk, volume, &random);
+            double wall = to[2] < 0 ? z / -to[2] : to[2] > 0 ? (d - z) / to[2] : INFINITY;
+            if (s < wall) {
+                z += s * to[2];
+                dph_walk_scatter(&walk, volume, s);
+                dph_phase_sample(&random, volume->anisotropy, to);
+                if (!dph_walk_survive(&walk, &random))
+                    end = 0;
+                assert_true(walk.scatterings < DPH_MAX_SCATTERINGS);
+            } else {
+                dph_walk_pass(&walk, volume, wall);
+                bool top = to[2] < 0;
+                z = top ? 0 : d;
+                if (eta <= 1 || dph_boundary_sample(&random, 1 / eta, top ? down : up, to))
+                    end = top ? 1 : 2;
+            }
+        }
+        if (walk.scatterings || end == 2)
+            dph_walk_weight(&walk, weight);
+        for (int c = 0; c < 3; c++) {
+            add(&above[c], end == 1 ? weight[c] : 0);
+            add(&below[c], end == 2 ? weight[c] : 0);
+        }
+    }
+}
+
+/* Slabs: the case itself in the first channel, other densities of the same medium beside it, which
+ * must not change what the first says. */
+static void slabs_have_published_values(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *what;
+        double albedo, g, tau, eta, mu0, above, below, error;
+    } slab[] = {
+        {"van de Hulst: a .9, g .75, tau 2", .9, .75, 2, 1, 1, .09739, .66096, 0},
+        {"MCML: a .9, tau 2, index 1.5", .9, 0, 2, 1.5, 1, .25312, .28875, 1e-4},
+        {"van de Hulst: a .99, tau 1, mu .5", .99, 0, 1, 1, .5, .48652, .49163, 0},
+        {"van de Hulst: a .99, g .5, tau 4, mu .5", .99, .5, 4, 1, .5, .61996, .30605, 0},
+        {"a 1, tau 4", 1, 0, 4, 1, 1, .6904, .3096, 3e-4},
+        {"a 1, tau 10, index 1.3", 1, 0, 10, 1.3, 1, .8066, .1934, 7e-4},
+        {"a .99, g .9, tau 20, index 1.3", .99, .9, 20, 1.3, 1, .28817, .27895, 1.8e-4},
+    };
+    int count = UNDER_SANITIZER ? 10000 : 200000;
+    for (size_t i = 0; i < sizeof slab / sizeof *slab; i++) {
+        struct mean above[3] = {{0}}, below[3] = {{0}};
+        struct dph_volume volume;
+        double ss[3], sa[3];
+        for (int c = 0; c < 3; c++) {
+            double st = c == 0 ? 1 : c == 1 ? 1.3 : .8;
+            ss[c] = st * slab[i].albedo;
+            sa[c] = st * (1 - slab[i].albedo);
+        }
+        dph_volume_init(&volume, ss, sa, slab[i].g);
+        walk_slab(&volume, slab[i].tau, slab[i].eta, slab[i].mu0, count, above, below);
+        check(slab[i].what, &above[0], slab[i].above, slab[i].error, 4e-3);
+        check("", &below[0], slab[i].below, slab[i].error, 4e-3);
+        if (slab[i].albedo == 1) /* nothing is lost in any channel */
+            for (int c = 0; c < 3; c++) {
+                struct mean all = {above[c].sum + below[c].sum, above[c].square + below[c].square,
+                                   above[c].n};
+                check("energy", &all, 1, 1e-9, 4e-3);
+            }
+    }
+}
+
+/* Half spaces: 1 - sqrt(1-a) H(mu), whatever the density; and Giovanelli's, with its specular
+ * part. */
+static void half_spaces_have_exact_values(void **state)
+{
+    (void)state;
+    static const double albedo[2][3] = {{.5, .9, .99}, {.8, .95, .999}};
+    static const double mu[3] = {1, .5, .1};
+    static const double expected[2][3][3] = {
+        {{.11523, .41495, .75272}, {.16014, .50794, .81514}, {.24172, .62934, .87751}},
+        {{.28525, .53554, .91285}, {.36797, .62618, .93806}, {.49071, .73274, .96077}}};
+    static const double st[3] = {1, 2, .7};
+    int count = UNDER_SANITIZER ? 3000 : 60000;
+    struct dph_volume volume;
+    for (int set = 0; set < 2; set++) {
+        double ss[3], sa[3];
+        for (int c = 0; c < 3; c++) {
+            ss[c] = st[c] * albedo[set][c];
+            sa[c] = st[c] - ss[c];
+        }
+        dph_volume_init(&volume, ss, sa, 0);
+        for (int m = 0; m < 3; m++) {
+            struct mean above[3] = {{0}}, below[3] = {{0}};
+            walk_slab(&volume, INFINITY, 1, mu[m], count, above, below);
+            for (int c = 0; c < 3; c++) {
+                char what[64];
+                snprintf(what, sizeof what, "half space: a %g, mu %g", albedo[set][c], mu[m]);
+                check(what, &above[c], expected[set][m][c], 5e-6, 5e-3);
+            }
+        }
+    }
+    const double scattering[3] = {9, 9, 9}, absorption[3] = {1, 1, 1};
+    struct mean above[3] = {{0}}, below[3] = {{0}};
+    dph_volume_init(&volume, scattering, absorption, 0);
+    walk_slab(&volume, INFINITY, 1.5, 1, 4 * count, above, below);
+    check("Giovanelli: a .9, index 1.5", &above[0], .26008, 2e-4, 3e-3);
+}
+
+/* Moments of Henyey-Greenstein are powers of g, and its density integrates to 1. */
+static void scattering_has_its_asymmetry(void **state)
+{
+    (void)state;
+    static const double g[] = {.75, -.3, 0, 1e-9, .95};
+    for (size_t i = 0; i < sizeof g / sizeof *g; i++) {
+        struct mean cosine = {0}, second = {0};
+        struct dph_random random = dph_random_seed(1, i, 0);
+        double integral = 0;
+        for (int n = 0; n < 100000; n++) {
+            double before[3], after[3];
+            uint64_t seed = (uint64_t)n * 77 + 5;
+            random_direction(&seed, before);
+            memcpy(after, before, sizeof after);
+            dph_phase_sample(&random, g[i], after);
+            double c = before[0] * after[0] + before[1] * after[1] + before[2] * after[2];
+            add(&cosine, c);
+            add(&second, 1.5 * c * c - .5);
+            integral += dph_phase(g[i], (2 * n + 1) / 1e5 - 1) * 2 / 1e5 * 2 * PI;
+        }
+        check("mean cosine", &cosine, g[i], 0, 3e-3);
+        check("second moment", &second, g[i] * g[i], 0, 3e-3);
+        assert_true(fabs(integral - 1) < 1e-4);
+    }
+}
+
+/* Walks that cross a sphere of two mean free paths without scattering: 2 (1 - (1+2t) e^-2t) /
+ * (2t)^2, t the optical radius. */
+static void sphere_has_its_ballistic_share(void **state)
+{
+    (void)state;
+    struct dph_mesh mesh = make_sphere(3, 256, 128);
+    struct dph_rays *rays =
+        dph_rays_create(mesh.position, mesh.nvert, mesh.index, mesh.ntri, NULL);
+    assert_non_null(rays);
+    const double ss[3] = {.6, .6, .6}, sa[3] = {.2 / 3, .2 / 3, .2 / 3};
+    struct dph_volume volume;
+    struct mean share = {0};
+    dph_volume_init(&volume, ss, sa, 0);
+    unsigned int before = dph_rays_enter();
+    for (uint64_t i = 0; i < 100000; i++) {
+        struct dph_random random = dph_random_seed(3, 0, i);
+        double r = 3 * sqrt(dph_random_next(&random)), a = 2 * PI * dph_random_next(&random);
+        const double from[3] = {r * cos(a), 5, r * sin(a)}, to[3] = {0, -1, 0};
+        struct dph_spans spans;
+        struct dph_walk walk;
+        dph_rays_spans(rays, from, to, &spans);
+        assert_false(spans.inside);
+        dph_walk_begin(&walk, &random);
+        add(&share, dph_walk_flight(&walk, &volume, &random) >= spans.length);
+    }
+    dph_rays_leave(before);
+    check("sphere: ballistic share", &share, .1135, 1e-4, 2e-3);
+    dph_rays_destroy(rays);
+    dph_mesh_finish(&mesh);
+}
+
+/* A scene of a mesh, placed twice, the second time mirrored. */
+static struct dph_scene *stage(struct dph_mesh mesh, bool twice)
+{
+    struct dph_scene *scene = dph_scene_from_mesh(&mesh, "body", NULL);
+    assert_non_null(scene);
+    if (twice) {
+        struct dph_instance *instance = realloc(scene->instance, 2 * sizeof *instance);
+        assert_non_null(instance);
+        scene->instance = instance;
+        scene->ninstance = 2;
+        instance[1] = (struct dph_instance){
+            .body = 0, .matrix = {-.5f, 0, 0, 0, 0, 1, .3f, 0, 0, 0, .7f, 0, 1.9f, .4f, .2f, 1}};
+        scene->bounds[1][0] += 1.5;
+    }
+    return scene;
+}
+
+static struct dph_reference_options small_picture(int width, int height, int samples)
+{
+    struct dph_reference_options o = dph_reference_defaults();
+    static const struct dph_light none[1];
+    o.width = width, o.height = height, o.samples = samples;
+    o.mm_per_unit = 1;
+    o.light = none, o.nlight = 0;
+    o.material.ior = 1.5;
+    return o;
+}
+
+static void medium(struct dph_reference_options *o, double scattering, double absorption, double g)
+{
+    for (int c = 0; c < 3; c++) {
+        o->material.scattering[c] = scattering;
+        o->material.absorption[c] = absorption;
+    }
+    o->material.anisotropy = g;
+}
+
+static struct dph_reference draw(const struct dph_scene *scene,
+                                 const struct dph_reference_options *o)
+{
+    struct dph_reference picture;
+    struct dph_error err = {0};
+    if (!dph_reference_render(scene, o, &picture, &err))
+        fail_msg("%s", err.message);
+    assert_int_equal(picture.samples, o->samples);
+    assert_int_equal(picture.paths, (uint64_t)o->samples * (uint64_t)(o->width * o->height));
+    assert_true((double)picture.lost <= 1e-5 * (double)picture.paths);
+    assert_int_equal(picture.capped, 0);
+    return picture;
+}
+
+/* One channel's mean over a picture; its error follows from the pixels' variances. */
+static struct mean whole(const struct dph_reference *picture, int channel)
+{
+    size_t count = (size_t)picture->width * (size_t)picture->height;
+    double sum = 0, variance = 0, n = (double)count;
+    for (size_t i = 0; i < count; i++) {
+        sum += (double)picture->pixel[4 * i + (size_t)channel];
+        variance += (double)picture->variance[3 * i + (size_t)channel];
+    }
+    double m = sum / n, v = variance / (n * n);
+    return (struct mean){m * n, (v * n + m * m) * n, n};
+}
+
+static void everywhere_one(void *user, const double to[3], double radiance[3])
+{
+    (void)user, (void)to;
+    radiance[0] = radiance[1] = radiance[2] = 1;
+}
+
+/* In surroundings of radiance 1 a body that takes nothing away cannot be seen. */
+static void white_furnace(void **state)
+{
+    (void)state;
+    struct dph_mesh shell = make_room(2000, 4000); /* with a cavity */
+    add_sphere(&shell, 1, 24, 12, false);
+    add_sphere(&shell, .5, 24, 12, true);
+    struct dph_mesh mesh[2] = {make_box(1, 2, 1.5, 2), shell};
+    for (int m = 0; m < 2; m++) {
+        struct dph_scene *scene = stage(mesh[m], true);
+        for (int boundary = 0; boundary < 2; boundary++) {
+            struct dph_reference_options o = small_picture(24, 16, UNDER_SANITIZER ? 4 : 64);
+            o.boundary = boundary ? DPH_BOUNDARY_DIELECTRIC : DPH_BOUNDARY_MATCHED;
+            o.environment = everywhere_one;
+            o.background[0] = o.background[1] = o.background[2] = 1;
+            medium(&o, 3, 0, .4);
+            o.material.scattering[1] = 5; /* the blue channel equals the red one */
+            struct dph_reference picture = draw(scene, &o);
+            for (int c = 0; c < 3; c++) {
+                struct mean mean = whole(&picture, c);
+                check(boundary ? "furnace, dielectric" : "furnace, matched", &mean, 1, 1e-6, 5e-3);
+            }
+            dph_reference_finish(&picture);
+            o.material.scattering[1] = 3;
+            o.samples = UNDER_SANITIZER ? 2 : 8;
+            picture = draw(scene, &o);
+            for (int i = 0; i < 24 * 16 && boundary; i++) /* no weight ever changes */
+                assert_true(fabs((double)picture.pixel[4 * i] - 1) < 1e-6);
+            dph_reference_finish(&picture);
+        }
+        dph_scene_destroy(scene);
+    }
+}
+
+/* Without scattering the background shines through as Beer and Lambert say. */
+static void light_only_passes(void **state)
+{
+    (void)state;
+    struct dph_scene *scene = stage(make_box(2, 2, .5, 1), false);
+    struct dph_reference_options o = small_picture(4, 4, 2);
+    o.camera = (struct dph_camera){0, 0, 4, 5};
+    o.background[0] = .2, o.background[1] = .5, o.background[2] = 2;
+    medium(&o, 0, 0, 0);
+    o.mm_per_unit = 10;
+    o.material.absorption[0] = .1, o.material.absorption[2] = .7;
+    struct dph_reference picture = draw(scene, &o);
+    for (int i = 0; i < 16; i++) {
+        const float *p = picture.pixel + 4 * i;
+        /* rays are up to 3.5 degrees from the normal */
+        assert_true(fabs((double)p[0] / (.2 * exp(-.5)) - 1) < 1e-3);
+        assert_true(fabs((double)p[1] / .5 - 1) < 1e-6);
+        assert_true(fabs((double)p[2] / (2 * exp(-3.5)) - 1) < 7e-3);
+        assert_true(p[3] == 1);
+    }
+    dph_reference_finish(&picture);
+    dph_scene_destroy(scene);
+}
+
+/* Radiance 1 from one side of the plane z = 0: user's sign. */
+static void one_side(void *user, const double to[3], double radiance[3])
+{
+    const double *side = user;
+    radiance[0] = radiance[1] = radiance[2] = to[2] * *side > 0;
+}
+
+/* Boxes seen face on through a needle's eye. By reciprocity the radiance under even light from the
+ * camera's side is the reflectance of a beam along the view, that from beyond the transmittance. */
+static void boxes_have_published_values(void **state)
+{
+    (void)state;
+    double front = 1, behind = -1;
+    int samples = UNDER_SANITIZER ? 200 : 6000;
+    struct dph_reference_options o = small_picture(4, 4, samples);
+    o.camera = (struct dph_camera){0, 0, 4, .01};
+    o.environment = one_side;
+    o.environment_user = &front;
+    medium(&o, 9, 1, .75);
+    struct dph_scene *scene = stage(make_box(40, 40, .2, 4), false);
+    struct dph_reference picture = draw(scene, &o);
+    struct mean mean = whole(&picture, 0);
+    check("box: van de Hulst, reflected", &mean, .09739, 0, 3e-3);
+    dph_reference_finish(&picture);
+    o.environment_user = &behind;
+    o.background[0] = 1;
+    picture = draw(scene, &o);
+    mean = whole(&picture, 0);
+    check("box: van de Hulst, transmitted", &mean, .66096, 0, 3e-3);
+    dph_reference_finish(&picture);
+    o.background[0] = 0;
+    o.boundary = DPH_BOUNDARY_DIELECTRIC;
+    medium(&o, 9, 1, 0);
+    o.environment_user = &front;
+    picture = draw(scene, &o);
+    mean = whole(&picture, 0);
+    check("box: index 1.5, reflected", &mean, .25312, 1e-4, 5e-3);
+    dph_reference_finish(&picture);
+    dph_scene_destroy(scene);
+
+    scene = stage(make_box(20, 20, 10, 1), false);
+    picture = draw(scene, &o);
+    mean = whole(&picture, 0);
+    check("box: Giovanelli", &mean, .26008, 2e-4, 5e-3);
+    dph_reference_finish(&picture);
+
+    /* light from one direction: Chandrasekhar's law a / (4 pi) mu0 / (mu0 + mu) H(mu0) H(mu) */
+    struct dph_light light[2] = {{.to_light = {sqrt(.75) * 3, 0, 1.5}, .irradiance = {1, 2, 4}},
+                                 {.to_light = {0, 0, -1}, .irradiance = {9, 9, 9}}};
+    double root = sqrt(1 - .9), expected = .9 / (4 * PI) * (.5 / 1.5) * ((1 - .41495) / root) *
+                                           ((1 - .50794) / root);
+    o.boundary = DPH_BOUNDARY_MATCHED;
+    o.environment = NULL;
+    o.light = light, o.nlight = 2; /* the second is behind */
+    for (int disc = 0; disc < 2; disc++) {
+        light[0].angle = disc;
+        picture = draw(scene, &o);
+        for (int c = 0; c < 3; c++) {
+            mean = whole(&picture, c);
+            check(disc ? "disc light" : "point of the sky", &mean, expected * (1 << c), 1e-6,
+                  1.5e-3 * (1 << c));
+        }
+        dph_reference_finish(&picture);
+    }
+    dph_scene_destroy(scene);
+}
+
+static void cap_of_sky(void *user, const double to[3], double radiance[3])
+{
+    (void)user;
+    radiance[0] = radiance[1] = radiance[2] = to[1] >= cos(40 * PI / 180) ? 1 : 0;
+}
+
+/* A disc as a light and the same disc as surroundings: two estimators, one picture. Two bodies, so
+ * that light passes a gap. */
+static void discs_are_surroundings(void **state)
+{
+    (void)state;
+    struct dph_scene *scene = stage(make_sphere(1, 24, 12), true);
+    double s = sin(40 * PI / 180), e = PI * s * s;
+    struct dph_light light = {.to_light = {0, 2, 0}, .irradiance = {e, e, e}, .angle = 40};
+    for (int boundary = 0; boundary < 2; boundary++) {
+        struct dph_reference_options o = small_picture(16, 16, UNDER_SANITIZER ? 10 : 150);
+        struct mean mean[2];
+        o.boundary = boundary ? DPH_BOUNDARY_DIELECTRIC : DPH_BOUNDARY_MATCHED;
+        medium(&o, 3, .1, .3);
+        for (int k = 0; k < 2; k++) {
+            o.environment = k ? cap_of_sky : NULL;
+            o.light = &light;
+            o.nlight = !k;
+            o.seed = (uint64_t)k + 1;
+            struct dph_reference picture = draw(scene, &o);
+            mean[k] = whole(&picture, 0);
+            dph_reference_finish(&picture);
+        }
+        check(boundary ? "disc, dielectric" : "disc, matched", &mean[0], value(&mean[1]),
+              deviation(&mean[1]), 5e-3);
+    }
+    dph_scene_destroy(scene);
+}
+
+static bool stop_halfway(void *user, double fraction)
+{
+    double *last = user;
+    assert_true(fraction >= *last);
+    *last = fraction;
+    return fraction < .5;
+}
+
+/* The same bytes for any number of threads; other seeds differ by noise; stopping keeps what there
+ * is. */
+static void pictures_repeat(void **state)
+{
+    (void)state;
+    struct dph_scene *scene = stage(make_sphere(1, 24, 12), true);
+    struct dph_reference_options o = small_picture(33, 21, 8);
+    struct dph_light light = {.to_light = {1, 2, 1}, .irradiance = {3, 3, 3}};
+    medium(&o, 4, .05, 0);
+    o.light = &light, o.nlight = 1;
+    o.threads = 1;
+    struct dph_reference one = draw(scene, &o);
+    o.threads = 4;
+    struct dph_reference four = draw(scene, &o);
+    size_t count = (size_t)o.width * (size_t)o.height;
+    assert_memory_equal(one.pixel, four.pixel, 4 * count * sizeof *one.pixel);
+    assert_memory_equal(one.variance, four.variance, 3 * count * sizeof *one.variance);
+    o.seed = 2;
+    struct dph_reference other = draw(scene, &o);
+    assert_memory_not_equal(one.pixel, other.pixel, 4 * count * sizeof *one.pixel);
+    struct mean a = whole(&one, 1), b = whole(&other, 1);
+    check("another seed", &a, value(&b), deviation(&b), 1e-2);
+
+    double last = 0;
+    struct dph_reference half;
+    o.seed = 1;
+    o.progress = stop_halfway;
+    o.progress_user = &last;
+    assert_true(dph_reference_render(scene, &o, &half, NULL));
+    assert_int_equal(half.samples, 4);
+    o.progress = NULL;
+    o.samples = 4;
+    struct dph_reference short_one = draw(scene, &o);
+    assert_memory_equal(half.pixel, short_one.pixel, 4 * count * sizeof *half.pixel);
+    dph_reference_finish(&half);
+    dph_reference_finish(&one);
+    dph_reference_finish(&four);
+    dph_reference_finish(&other);
+    dph_reference_finish(&short_one);
+    dph_scene_destroy(scene);
+}
+
+static bool stop(void *user, double fraction)
+{
+    (void)user, (void)fraction;
+    return false;
+}
+
+static void bad_requests_fail(void **state)
+{
+    (void)state;
+    struct dph_scene *scene = stage(make_box(1, 1, 1, 1), false);
+    struct dph_light near = {.kind = DPH_LIGHT_POINT, .irradiance = {1, 1, 1}};
+    struct dph_reference picture;
+    struct dph_error err;
+    for (int i = 0; i < 8; i++) {
+        struct dph_reference_options o = small_picture(2, 2, 1);
+        enum dph_code code = DPH_ERROR_ARGUMENT;
+        switch (i) {
+        case 0: o.width = 0; break;
+        case 1: o.samples = 0; break;
+        case 2: o.light = &near, o.nlight = 1; break;
+        case 3: o.material.scattering[1] = NAN; break;
+        case 4: o.material.anisotropy = 1; break;
+        case 5: o.camera.fov = 180; break;
+        case 6: o.material.ior = .5; break;
+        default: o.progress = stop; code = DPH_ERROR_CANCELLED; break;
+        }
+        assert_false(dph_reference_render(scene, &o, &picture, &err));
+        assert_int_equal(err.code, code);
+        assert_null(picture.pixel);
+    }
+    dph_scene_destroy(scene);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(slabs_have_published_values),
+        cmocka_unit_test(half_spaces_have_exact_values),
+        cmocka_unit_test(scattering_has_its_asymmetry),
+        cmocka_unit_test(sphere_has_its_ballistic_share),
+        cmocka_unit_test(white_furnace),
+        cmocka_unit_test(light_only_passes),
+        cmocka_unit_test(boxes_have_published_values),
+        cmocka_unit_test(discs_are_surroundings),
+        cmocka_unit_test(pictures_repeat),
+        cmocka_unit_test(bad_requests_fail),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
