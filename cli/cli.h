@@ -45,6 +45,8 @@ struct settings {
     double specular, rim, ambient;    /* NaN: the material's */
     int formula;                      /* -1: the material's */
     const struct dph_method *method;
+    bool reference; /* the path tracer instead of a method of the table */
+    int boundary, spp, seed; /* of the reference; the first is enum dph_boundary */
     struct dph_camera camera;
     int nlight; /* 0: none given */
     struct dph_light light[DPH_MAX_LIGHTS];
@@ -186,5 +188,9 @@ bool bake_rivals(const struct settings *settings, struct dph_scene *scene,
                  struct dph_rivals_report *report, int *code);
 /* Reads --env, where it is given, into the frame. */
 bool load_environment(const struct settings *settings, struct dph_frame *frame, int *code);
+
+/* reference.c */
+/* Traces the picture of --method reference. Returns an exit code. */
+int render_reference(const struct settings *settings, const struct dph_material *material);
 
 #endif

@@ -7,6 +7,7 @@ static const char *const takes[] = {
     "output", "method", "material", "size-mm", "light", "light-angle", "env", "point-light",
     "spot-light", "camera", "fov", "exposure", "background", "resolution", "use-bands", "window",
     "formula", "specular", "rim", "ambient", "map-size", "blur-mm", "samples",
+    "boundary", "spp", "seed",
     /* of the bake in memory, where the file is not baked */
     "bands", "directions", "thickness", "fit", "store", "clusters", "vectors", NULL};
 
@@ -149,6 +150,8 @@ static int run(struct settings *settings)
     }
     if (!load_material(settings, "wax", &material, &code))
         return code;
+    if (settings->reference)
+        return render_reference(settings, &material);
     struct dph_frame asked = dph_frame_defaults(); /* told before the scene is loaded and baked */
     asked.method = settings->method;
     if (settings->nlight) {
@@ -238,7 +241,9 @@ const struct command command_render = {
              "memory unless\n"
              "the file has them for this material and size (bake --for). --clusters 1 --vectors 24 "
              "is the setting of the\n"
-             "DirectX sample.\n",
+             "DirectX sample.\n"
+             "reference is path-traced on the CPU and needs neither a bake nor a driver; Ctrl-C "
+             "keeps the samples so far.\n",
     .options = takes,
     .min_inputs = 1,
     .max_inputs = 1,

@@ -135,18 +135,29 @@ static bool parse_choice(const struct option *option, struct settings *settings,
     return number >= 0;
 }
 
+/* The methods that are drawn, and the one that is traced. */
 static const char *method_name(size_t i)
 {
     const struct dph_method *method = dph_method_at(i);
-    return method ? method->name : NULL;
+    if (method)
+        return method->name;
+    return i == 0 || dph_method_at(i - 1) ? "reference" : NULL;
+}
+
+static const char *boundary_name(size_t i)
+{
+    static const char *const name[] = {"matched", "dielectric"};
+    return i < 2 ? name[i] : NULL;
 }
 
 static bool parse_method(const struct option *option, struct settings *settings, const char *value,
                          char *why)
 {
     int number = choice_of(option, value, why);
-    if (number >= 0)
-        settings->method = dph_method_at((size_t)number);
+    const struct dph_method *method = number >= 0 ? dph_method_at((size_t)number) : NULL;
+    settings->reference = number >= 0 && !method;
+    if (method)
+        settings->method = method;
     return number >= 0;
 }
 
@@ -450,6 +461,12 @@ static const struct option options[] = {
      parse_real},
     {"min-psnr", 0, "X", NULL, "exit code 5 where PSNR is below X dB", AT(min_psnr), -1e6, 1e6,
      NULL, parse_real},
+    {"boundary", 0, "NAME", "matched",
+     "reference: dielectric refracts, and points of the sky become discs of 5 degrees",
+     AT(boundary), 0, 0, boundary_name, parse_choice},
+    {"spp", 0, "N", "256", "reference: samples a pixel", AT(spp), 1, 1 << 24, NULL, parse_int},
+    {"seed", 0, "N", "1", "reference: of its random numbers", AT(seed), 0, 2147483647, NULL,
+     parse_int},
     /* measuring */
     {"seconds", 0, "S", "1", "how long each measurement runs at least", AT(seconds), 0.01, 3600,
      NULL, parse_real},
@@ -493,6 +510,8 @@ void settings_init(struct settings *settings, const struct command *command)
         .width = frame.width,
         .height = frame.height,
         .samples = frame.samples,
+        .spp = 256,
+        .seed = 1,
         .map_size = frame.map_size,
         .blur_mm = frame.blur_mm,
         .window = frame.window,
