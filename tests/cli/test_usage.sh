@@ -25,7 +25,7 @@ refuse 1 "--light is no option of this command" bake box.obj -o x.glb --light 1,
 refuse 1 "unknown option -x" bake box.obj -x
 refuse 1 "wax" bake box.obj -o x.glb --material adamantium
 refuse 1 "--method: 'raytrace' is none of lambert" render box.obj -o x.png --method raytrace
-refuse 1 "--method: 'reference' is none of" render box.obj -o x.png --method reference
+refuse 1 "--method: 'referenz' is none of" render box.obj -o x.png --method referenz
 refuse 1 "--light: wants AZ,EL" render box.obj -o x.png --light 12
 refuse 1 "--light: " render box.obj -o x.png --light 0,91
 refuse 1 "--light: " render box.obj -o x.png --light 0,0,1,-1,1
