@@ -6,7 +6,7 @@ cd "$1" || exit 1
 bad=0
 complain() { echo "$1"; bad=1; }
 
-declare -A tier=([core]=0 [mesh]=1 [sh]=1 [image]=1 [bake]=2 [shade]=2 [trace]=2 [render]=3)
+declare -A tier=([core]=0 [mesh]=1 [sh]=1 [image]=1 [bake]=2 [shade]=2 [trace]=2 [render]=3 [judge]=4)
 
 tier_of_header() { # what an #include line names; a private header that says nothing is of its folder's tier
     local said
@@ -38,7 +38,7 @@ for file in src/*/*.[ch] include/diaphan/*.h; do
             *) complain "$file (tier $own) includes $include (tier $theirs)" ;;
             esac
         fi
-    done < <(grep -o '^#include [<"]\(diaphan\|core\|mesh\|sh\|image\|bake\|shade\|trace\|render\)/[a-z_0-9]*\.h' "$file" | sed 's/.*[<"]//')
+    done < <(grep -o '^#include [<"]\(diaphan\|core\|mesh\|sh\|image\|bake\|shade\|trace\|render\|judge\)/[a-z_0-9]*\.h' "$file" | sed 's/.*[<"]//')
 done
 
 # one library, one wrapping place; the tool sees public headers only
@@ -52,6 +52,6 @@ only 'meshoptimizer' 'src/mesh/gltf[a-z_]*\.c'
 only 'embree' 'src/trace/ray\.c'
 only '(png|openexr)' 'src/image/[a-z_]+\.c'
 only '(epoxy|EGL|GL)/' 'src/render/[a-z_]+\.[ch]'
-only '(core|mesh|sh|image|bake|shade|trace|render)/' 'src/.*'
+only '(core|mesh|sh|image|bake|shade|trace|render|judge)/' 'src/.*'
 [ $bad = 0 ] && echo "every include goes down or stays"
 exit $bad
