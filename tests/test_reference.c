@@ -506,6 +506,69 @@ static void pictures_repeat(void **state)
     dph_scene_destroy(scene);
 }
 
+/* A picture of each light, from walks that are those of their sum; half the samples apart. */
+static void lights_have_pictures(void **state)
+{
+    (void)state;
+    enum { W = 40, H = 30, COUNT = W * H };
+    struct dph_scene *scene = stage(make_sphere(1, 24, 12), true);
+    struct dph_light light[4] = {{.to_light = {1, 2, 1}, .irradiance = {3, 2, 1}},
+                                 {.to_light = {-1, 0, -2}, .irradiance = {9, 9, 9}, .angle = 20},
+                                 {.to_light = {0, 0, 0}, .irradiance = {1, 1, 1}}, /* nowhere */
+                                 {.to_light = {0, -1, 0}, .irradiance = {0, 5, 2}, .angle = 40}};
+    for (int boundary = 0; boundary < 2; boundary++) {
+        struct dph_reference_options o = small_picture(W, H, UNDER_SANITIZER ? 4 : 32);
+        o.camera.distance = 2;
+        o.boundary = boundary ? DPH_BOUNDARY_DIELECTRIC : DPH_BOUNDARY_MATCHED;
+        o.light = light, o.nlight = 4;
+        o.environment = cap_of_sky;
+        medium(&o, 3, .05, .2);
+        o.material.absorption[2] = .5;
+        struct dph_reference sum = draw(scene, &o);
+        o.separate = true;
+        struct dph_reference each = draw(scene, &o);
+        assert_int_equal(sum.npicture, 1);
+        assert_int_equal(each.npicture, 5);
+        double chi = 0, n = 0;
+        for (size_t i = 0; i < COUNT; i++)
+            for (size_t c = 0; c < 3; c++) {
+                double total = 0;
+                for (size_t p = 0; p < 5; p++)
+                    total += (double)each.pixel[4 * (p * COUNT + i) + c];
+                double joint = (double)sum.pixel[4 * i + c];
+                assert_true(fabs(total - joint) <= 1e-5 * (1 + joint));
+                assert_true(each.pixel[4 * (2 * COUNT + i) + c] == 0);
+                double half = (double)sum.half[3 * i + c], v = (double)sum.variance[3 * i + c];
+                if (v > 0) {
+                    chi += (half - joint) * (half - joint) / v;
+                    n++;
+                }
+            }
+        printf("    halves: %.3f of the expected square over %g values\n", chi / n, n);
+        if (!UNDER_SANITIZER)
+            assert_true(fabs(chi / n - 1) < .15);
+        for (size_t p = 0; p < 5; p++) /* coverage is the same in all */
+            for (size_t i = 0; i < COUNT; i++)
+                assert_true(each.pixel[4 * (p * COUNT + i) + 3] == sum.pixel[4 * i + 3]);
+
+        /* a light alone has its own picture: the same walks, but for the discs' random numbers */
+        o.light = light + 3, o.nlight = 1;
+        o.environment = NULL;
+        o.seed = 5;
+        struct dph_reference alone = draw(scene, &o);
+        struct dph_reference third = {.width = W, .height = H, .pixel = each.pixel + 4 * 3 * COUNT,
+                                      .variance = each.variance + 3 * 3 * COUNT};
+        for (int c = 1; c < 3; c++) {
+            struct mean a = whole(&alone, c), b = whole(&third, c);
+            check("a light alone", &a, value(&b), deviation(&b), 2e-2);
+        }
+        dph_reference_finish(&sum);
+        dph_reference_finish(&each);
+        dph_reference_finish(&alone);
+    }
+    dph_scene_destroy(scene);
+}
+
 static bool stop(void *user, double fraction)
 {
     (void)user, (void)fraction;
@@ -551,6 +614,7 @@ int main(void)
         cmocka_unit_test(boxes_have_published_values),
         cmocka_unit_test(discs_are_surroundings),
         cmocka_unit_test(pictures_repeat),
+        cmocka_unit_test(lights_have_pictures),
         cmocka_unit_test(bad_requests_fail),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

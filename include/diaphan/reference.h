@@ -32,11 +32,13 @@ struct dph_reference_options {
     struct dph_camera camera;     /* 0, 15, 3.5, 35                                                */
     int width, height;            /* 1280 x 800, each up to 32768                                  */
     double mm_per_unit;           /* 0: the scene's, else 25 mm for the largest side               */
-    int nlight;                   /* 1                                                             */
+    int nlight;                   /* 1, up to 256                                                  */
     const struct dph_light *light; /* (nlight) distant ones. Nullable: azimuth 150, elevation 30,
                                     * irradiance pi                                                */
+    bool separate;                /* a picture for each light, and one more for the environment where
+                                   * there is one, all of the same walks; false: one of their sum  */
     double background[3];         /* what a camera ray sees that goes straight on: 0. It lights
-                                   * nothing.                                                      */
+                                   * nothing and is in every picture                               */
     dph_radiance *environment;    /* lights everything; not seen beside the bodies. Nullable       */
     void *environment_user;
     int samples;                  /* a pixel, 1 to 2^24; 256                                       */
@@ -47,12 +49,19 @@ struct dph_reference_options {
 };
 struct dph_reference_options dph_reference_defaults(void);
 
-/* The picture, rows from the top. */
+/* The pictures, rows from the top. Noise of separate pictures is correlated, since they share
+ * walks. For an even number of samples `half` and 2 pixel - half are two independent pictures of
+ * half the samples, and a quarter of their squared difference has the expectation `variance`. */
 struct dph_reference {
     int width, height;
+    int npicture;        /* 1, or one for each separate light                                      */
     int samples;         /* that every pixel has                                                   */
-    float *pixel;        /* (height x width x 4) linear radiance over the background, and coverage */
-    float *variance;     /* (height x width x 3) of the pixel's mean; 0 where samples is 1         */
+    float *pixel;        /* (npicture x height x width x 4) linear radiance over the background, and
+                          * coverage                                                               */
+    float *variance;     /* (npicture x height x width x 3) of the pixel's mean; 0 where samples is
+                          * 1                                                                      */
+    float *half;         /* (npicture x height x width x 3) the mean over the first, third, fifth ...
+                          * sample alone                                                           */
     uint64_t paths;
     uint64_t lost;       /* paths that rounding or an open body led astray; they end there         */
     uint64_t capped;     /* paths of a million scatterings; they end there                         */

@@ -32,6 +32,12 @@ static void advance(double point[3], const double direction[3], double length)
         point[k] += length * direction[k];
 }
 
+static void add_background(const struct dph_stage *stage, const double weight[3], double *radiance)
+{
+    for (int i = 0; i < 3 * stage->npicture; i++)
+        radiance[i] += weight[i % 3] * stage->background[i % 3];
+}
+
 static void add_weighted(double radiance[3], const double weight[3], const double light[3])
 {
     for (int c = 0; c < 3; c++)
@@ -40,23 +46,23 @@ static void add_weighted(double radiance[3], const double weight[3], const doubl
 
 /* What a path that has met a body sees in the sky. Suns that are points have no radiance. */
 static void add_sky(const struct dph_stage *stage, const double direction[3],
-                    const double weight[3], bool surroundings, bool suns, double radiance[3])
+                    const double weight[3], bool surroundings, bool suns, double *radiance)
 {
     if (stage->environment && surroundings) {
         double sky[3] = {0, 0, 0};
         stage->environment(stage->environment_user, direction, sky);
-        add_weighted(radiance, weight, sky);
+        add_weighted(radiance + 3 * stage->surroundings, weight, sky);
     }
     for (int i = 0; i < stage->nsun && suns; i++)
         if (stage->sun[i].cosine < 1 &&
             dot(direction, stage->sun[i].to_light) >= stage->sun[i].cosine)
-            add_weighted(radiance, weight, stage->sun[i].radiance);
+            add_weighted(radiance + 3 * stage->sun[i].picture, weight, stage->sun[i].radiance);
 }
 
 /* Light of all suns at a scattering point. */
 static enum dph_ending add_suns(const struct dph_stage *stage, const struct dph_walk *walk,
                                 struct dph_random *random, const double point[3],
-                                const double flight[3], double radiance[3])
+                                const double flight[3], double *radiance)
 {
     static const double BEYOND = .1; /* of the rays that a short look finds dark */
     const struct dph_volume *volume = &stage->volume;
@@ -82,7 +88,7 @@ static enum dph_ending add_suns(const struct dph_stage *stage, const struct dph_
         dph_walk_weight(walk, weight);
         for (int c = 0; c < 3; c++)
             weight[c] *= factor * exp(-volume->extinction[c] * spans.length);
-        add_weighted(radiance, weight, sun->irradiance);
+        add_weighted(radiance + 3 * sun->picture, weight, sun->irradiance);
     }
     return DPH_ENDING_PLAIN;
 }
@@ -103,7 +109,7 @@ static void place(const struct dph_spans *spans, double length, double margin,
 
 static enum dph_ending matched(const struct dph_stage *stage, struct dph_random *random,
                                const double origin[3], const double direction[3],
-                               double radiance[3], bool *covered)
+                               double *radiance, bool *covered)
 {
     const struct dph_volume *volume = &stage->volume;
     double point[3] = {origin[0], origin[1], origin[2]};
@@ -116,7 +122,7 @@ static enum dph_ending matched(const struct dph_stage *stage, struct dph_random 
         return DPH_ENDING_LOST;
     for (int c = 0; c < 3; c++)
         weight[c] = exp(-volume->extinction[c] * spans.length);
-    add_weighted(radiance, weight, stage->background);
+    add_background(stage, weight, radiance);
     if (!*covered)
         return DPH_ENDING_PLAIN;
     add_sky(stage, flight, weight, false, true, radiance);
@@ -169,7 +175,7 @@ static enum dph_ending matched(const struct dph_stage *stage, struct dph_random 
 
 static enum dph_ending dielectric(const struct dph_stage *stage, struct dph_random *random,
                                   const double origin[3], const double direction[3],
-                                  double radiance[3], bool *covered)
+                                  double *radiance, bool *covered)
 {
     const struct dph_volume *volume = &stage->volume;
     double point[3] = {origin[0], origin[1], origin[2]};
@@ -184,7 +190,7 @@ static enum dph_ending dielectric(const struct dph_stage *stage, struct dph_rand
         if (!dph_rays_nearest(stage->rays, point, flight, length + stage->margin, &hit)) {
             if (!depth && !*covered) {
                 const double one[3] = {1, 1, 1};
-                add_weighted(radiance, one, stage->background);
+                add_background(stage, one, radiance);
                 return DPH_ENDING_PLAIN;
             }
             if (!depth) {
@@ -232,9 +238,8 @@ static enum dph_ending dielectric(const struct dph_stage *stage, struct dph_rand
 
 enum dph_ending dph_path_trace(const struct dph_stage *stage, struct dph_random *random,
                                const double origin[3], const double direction[3],
-                               double radiance[3], bool *covered)
+                               double *radiance, bool *covered)
 {
-    radiance[0] = radiance[1] = radiance[2] = 0;
     if (stage->boundary == DPH_BOUNDARY_DIELECTRIC)
         return dielectric(stage, random, origin, direction, radiance, covered);
     return matched(stage, random, origin, direction, radiance, covered);

@@ -18,7 +18,7 @@
 #define PI 3.14159265358979323846
 #define DEGREE (PI / 180)
 
-enum { MAX_SIDE = 32768, MAX_SAMPLES = 1 << 24 };
+enum { MAX_SIDE = 32768, MAX_SAMPLES = 1 << 24, MAX_LIGHTS = 256 };
 
 struct dph_reference_options dph_reference_defaults(void)
 {
@@ -65,8 +65,8 @@ static bool check(const struct dph_reference_options *o, struct dph_error *err)
                         o->camera.fov);
     if (!(o->mm_per_unit >= 0 && o->mm_per_unit < INFINITY))
         return dph_fail(err, DPH_ERROR_ARGUMENT, "%g mm per unit", o->mm_per_unit);
-    if (o->nlight < 0)
-        return dph_fail(err, DPH_ERROR_ARGUMENT, "%d lights", o->nlight);
+    if (o->nlight < 0 || o->nlight > MAX_LIGHTS)
+        return dph_fail(err, DPH_ERROR_ARGUMENT, "%d lights: 0 to %d", o->nlight, (int)MAX_LIGHTS);
     for (int i = 0; i < o->nlight && o->light; i++) {
         const struct dph_light *light = &o->light[i];
         if (light->kind != DPH_LIGHT_DISTANT)
@@ -86,6 +86,9 @@ static bool prepare_suns(struct dph_stage *stage, const struct dph_reference_opt
     const struct dph_light *light = o->light ? o->light : &usual;
     int count = o->light ? o->nlight : 1;
     dph_light_direction(150, 30, usual.to_light);
+    stage->surroundings = o->separate ? count : 0;
+    stage->npicture = o->separate ? count + (o->environment != NULL) : 1;
+    stage->npicture = stage->npicture ? stage->npicture : 1;
     if (!(stage->sun = dph_alloc_zero((size_t)count, sizeof *stage->sun)))
         return dph_fail_memory(err);
     for (int i = 0; i < count; i++) {
@@ -98,6 +101,7 @@ static bool prepare_suns(struct dph_stage *stage, const struct dph_reference_opt
         stage->nsun++;
         if (angle <= 0 && stage->boundary == DPH_BOUNDARY_DIELECTRIC)
             angle = 5;
+        sun->picture = o->separate ? i : 0;
         sun->cosine = angle > 0 ? cos(angle * DEGREE) : 1;
         sun->even = 2 / (1 + sun->cosine);
         for (int k = 0; k < 3; k++) {
@@ -177,8 +181,9 @@ struct picture {
     const struct dph_reference_options *options;
     double eye[3], back[3], right[3], up[3]; /* mm; the latter two over half a picture's height */
     int sample;
-    double *sum;    /* (height x width x 7) RGB, their squares, coverage */
-    uint64_t *bad;  /* (height x 2) paths lost and capped, by row */
+    double *sum;     /* (height x width x npicture x 9) RGB, their squares, RGB of even samples */
+    double *covered; /* (height x width) */
+    uint64_t *bad;   /* (height x 2) paths lost and capped, by row */
 };
 
 static void place_camera(struct picture *picture)
@@ -245,24 +250,29 @@ static void camera_ray(const struct picture *picture, double x, double y, double
 static void draw_row(void *context, size_t y, int worker)
 {
     struct picture *picture = context;
-    size_t width = (size_t)picture->options->width;
+    size_t width = (size_t)picture->options->width, values = 3 * (size_t)picture->stage.npicture;
+    double radiance[3 * (MAX_LIGHTS + 1)];
+    bool even = picture->sample % 2 == 0;
     (void)worker;
     unsigned int before = dph_rays_enter();
     for (size_t x = 0; x < width; x++) {
-        double origin[3], direction[3], radiance[3], *sum = picture->sum + 7 * (y * width + x);
+        size_t pixel = y * width + x;
+        double origin[3], direction[3], *sum = picture->sum + 3 * values * pixel;
         bool covered = false;
-        struct dph_random random = dph_random_seed(picture->options->seed, y * width + x,
-                                                   (uint64_t)picture->sample);
+        struct dph_random random =
+            dph_random_seed(picture->options->seed, pixel, (uint64_t)picture->sample);
         double across = (double)x + dph_random_next(&random);
         double down = (double)y + dph_random_next(&random);
         camera_ray(picture, across, down, origin, direction);
+        memset(radiance, 0, values * sizeof *radiance);
         enum dph_ending ending = dph_path_trace(&picture->stage, &random, origin, direction,
                                                 radiance, &covered);
-        for (int c = 0; c < 3; c++) {
-            sum[c] += radiance[c];
-            sum[3 + c] += radiance[c] * radiance[c];
+        for (size_t i = 0; i < values; i++, sum += i % 3 ? 1 : 7) {
+            sum[0] += radiance[i];
+            sum[3] += radiance[i] * radiance[i];
+            sum[6] += even ? radiance[i] : 0;
         }
-        sum[6] += covered;
+        picture->covered[pixel] += covered;
         picture->bad[2 * y] += ending == DPH_ENDING_LOST;
         picture->bad[2 * y + 1] += ending == DPH_ENDING_CAPPED;
     }
@@ -272,17 +282,23 @@ static void draw_row(void *context, size_t y, int worker)
 static void collect(const struct picture *picture, struct dph_reference *reference)
 {
     size_t count = (size_t)reference->width * (size_t)reference->height;
-    double n = reference->samples;
-    for (size_t i = 0; i < count; i++) {
-        const double *sum = picture->sum + 7 * i;
-        for (int c = 0; c < 3; c++) {
-            double mean = sum[c] / n;
-            reference->pixel[4 * i + (size_t)c] = (float)mean;
-            reference->variance[3 * i + (size_t)c] =
-                n > 1 ? (float)(fmax(0, sum[3 + c] / n - mean * mean) / (n - 1)) : 0;
+    size_t npicture = (size_t)reference->npicture;
+    double n = reference->samples, neven = (reference->samples + 1) / 2;
+    for (size_t p = 0; p < npicture; p++)
+        for (size_t i = 0; i < count; i++) {
+            const double *sum = picture->sum + 9 * (i * npicture + p);
+            float *pixel = reference->pixel + 4 * (p * count + i);
+            float *variance = reference->variance + 3 * (p * count + i);
+            float *half = reference->half + 3 * (p * count + i);
+            for (int c = 0; c < 3; c++) {
+                double mean = sum[c] / n;
+                pixel[c] = (float)mean;
+                variance[c] =
+                    n > 1 ? (float)(fmax(0, sum[3 + c] / n - mean * mean) / (n - 1)) : 0;
+                half[c] = (float)(sum[6 + c] / neven);
+            }
+            pixel[3] = (float)(picture->covered[i] / n);
         }
-        reference->pixel[4 * i + 3] = (float)(sum[6] / n);
-    }
     reference->paths = count * (uint64_t)reference->samples;
     for (int y = 0; y < reference->height; y++) {
         reference->lost += picture->bad[2 * y];
@@ -294,6 +310,7 @@ void dph_reference_finish(struct dph_reference *reference)
 {
     free(reference->pixel);
     free(reference->variance);
+    free(reference->half);
     *reference = (struct dph_reference){0};
 }
 
@@ -311,11 +328,16 @@ bool dph_reference_render(const struct dph_scene *scene,
         goto error;
     reference->width = options->width;
     reference->height = options->height;
-    reference->pixel = dph_alloc_zero(count, 4 * sizeof *reference->pixel);
-    reference->variance = dph_alloc_zero(count, 3 * sizeof *reference->variance);
-    picture.sum = dph_alloc_zero(count, 7 * sizeof *picture.sum);
+    reference->npicture = picture.stage.npicture;
+    size_t values = count * (size_t)reference->npicture; /* at most 2^39 */
+    reference->pixel = dph_alloc_zero(values, 4 * sizeof *reference->pixel);
+    reference->variance = dph_alloc_zero(values, 3 * sizeof *reference->variance);
+    reference->half = dph_alloc_zero(values, 3 * sizeof *reference->half);
+    picture.sum = dph_alloc_zero(values, 9 * sizeof *picture.sum);
+    picture.covered = dph_alloc_zero(count, sizeof *picture.covered);
     picture.bad = dph_alloc_zero((size_t)options->height, 2 * sizeof *picture.bad);
-    if (!reference->pixel || !reference->variance || !picture.sum || !picture.bad) {
+    if (!reference->pixel || !reference->variance || !reference->half || !picture.sum ||
+        !picture.covered || !picture.bad) {
         dph_fail_memory(err);
         goto error;
     }
@@ -341,6 +363,7 @@ error:
     if (!ok)
         dph_reference_finish(reference);
     free(picture.sum);
+    free(picture.covered);
     free(picture.bad);
     free(picture.stage.sun);
     dph_rays_destroy(picture.stage.rays);

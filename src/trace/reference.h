@@ -9,6 +9,7 @@
 
 /* A distant light as paths see it. */
 struct dph_sun {
+    int picture;          /* that it lights */
     double to_light[3];   /* unit length */
     double irradiance[3]; /* of a plane perpendicular to it */
     double cosine;        /* of the disc's half-angle; 1: a point */
@@ -24,19 +25,22 @@ struct dph_stage {
     double eta;
     double margin; /* distance at which rounding cannot lead across a surface */
     double radius; /* of the scene's bounding sphere */
+    int npicture;
     int nsun;
     struct dph_sun *sun; /* (nsun) */
     double background[3];
     dph_radiance *environment;
     void *environment_user;
+    int surroundings; /* the picture that the environment lights */
 };
 
 /* How a path ended. */
 enum dph_ending { DPH_ENDING_PLAIN = 0, DPH_ENDING_LOST, DPH_ENDING_CAPPED };
 
-/* Radiance against a camera ray, by one path. `covered`: the ray met a body. */
+/* Adds the radiance against a camera ray, by one path, to (npicture x 3). `covered`: the ray met a
+ * body. */
 enum dph_ending dph_path_trace(const struct dph_stage *stage, struct dph_random *random,
                                const double origin[3], const double direction[3],
-                               double radiance[3], bool *covered);
+                               double *radiance, bool *covered);
 
 #endif
