@@ -77,6 +77,16 @@ bool dph_frame_check_lights(const struct dph_frame *frame, struct dph_error *err
 /* A scene's data on the GPU. The scene must outlive it and not change. */
 struct dph_renderer;
 struct dph_renderer *dph_renderer_create(const struct dph_scene *scene, struct dph_error *err);
+
+/* How the data lies on the GPU; the pictures are the same. struct dph_renderer_params p = {0}; */
+struct dph_renderer_params {
+    bool unshared; /* every corner of a triangle is a vertex of its own and there are no indices, as
+                    * in the measurements of Tomaszewska and Stefanowski; false                     */
+};
+/* `params` Nullable: all as dph_renderer_create has it. */
+struct dph_renderer *dph_renderer_create_with(const struct dph_scene *scene,
+                                              const struct dph_renderer_params *params,
+                                              struct dph_error *err);
 void dph_renderer_destroy(struct dph_renderer *renderer);
 
 /* Draws one frame into `image` (initialised by the caller to the frame's size): linear radiance,
@@ -94,6 +104,44 @@ struct dph_cost {
 /* False: as dph_renderer_draw, for a frame that cannot be drawn. Draws nothing. */
 bool dph_renderer_cost(struct dph_renderer *renderer, const struct dph_frame *frame, struct dph_cost *cost,
                        struct dph_error *err);
+
+/* Speed: milliseconds a frame of several descriptions, which take turns within one run, so that a
+ * machine's drift slows all alike. Frames are drawn off-screen as dph_renderer_draw does, several
+ * samples are averaged, and nothing is read back; the lights turn about the vertical before every
+ * frame, so that what is computed once a light counts. */
+struct dph_timing_job {
+    struct dph_renderer *renderer; /* may be the same for several                             */
+    struct dph_frame frame;        /* all of one size, if the first frame of a turn is to be short */
+};
+
+/* struct dph_timing_params p = dph_timing_defaults(); */
+struct dph_timing_params {
+    double seconds;         /* of counted frames a description, at least; above 0, to 3600; 1  */
+    int rounds;             /* in so many turns, two frames each at least, 1 to 1000; 12       */
+    dph_progress *progress; /* Nullable; NULL                                                 */
+    void *progress_user;
+};
+struct dph_timing_params dph_timing_defaults(void);
+
+struct dph_timing {
+    size_t frames;                    /* that were counted                                    */
+    double ms_median, ms_p05, ms_p95; /* of a frame: median, 5th and 95th percentile          */
+    double cpu_ms; /* median time until all calls of a frame are made; with a software rasteriser
+                    * the vertex stage is part of it                                          */
+    double ratio;  /* to description 0: the median over the rounds of the ratio within a round */
+    bool gpu;      /* the clock: true, the GPU's timer (GL_TIME_ELAPSED); false, from a frame's first
+                    * call to the end of its glFinish                                         */
+};
+
+/* Whether the driver's timers count what a frame costs: not those of software rasterisers. */
+bool dph_gl_timers(void);
+
+/* Measures `count` descriptions, after some frames of each that do not count; `timing` (count). False:
+ * errors as dph_renderer_draw, DPH_ERROR_ARGUMENT (a parameter out of range), DPH_ERROR_MEMORY,
+ * DPH_ERROR_CANCELLED. */
+bool dph_renderer_measure(const struct dph_timing_job *job, size_t count,
+                          const struct dph_timing_params *params, struct dph_timing *timing,
+                          struct dph_error *err);
 
 /* Reads back what the frame's method takes for the thickness towards light 0 at every vertex of one
  * instance, in mm, for tests: what the vertex stage computes of coefficients, not clamped, or what

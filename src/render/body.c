@@ -3,7 +3,8 @@
  * Coefficients go to the GPU as the bake packed them, float or normalized integers: the fetch of
  * the vertex stage unpacks them, and the scale of each band is in the light's values already. A
  * body without normals is flat, so its corners become vertices of their own with the normal of
- * their face. A mesh whose indices are just 0, 1, 2, ... is drawn without an index buffer. */
+ * their face; a renderer that is asked not to share vertices does the same to all bodies. A mesh
+ * whose indices are just 0, 1, 2, ... is drawn without an index buffer. */
 #include "render/draw.h"
 
 #include "core/fail.h"
@@ -98,7 +99,8 @@ static bool upload_coefficients(struct dph_gpu_body *gpu, const struct dph_mesh 
     return true;
 }
 
-bool dph_gpu_body_init(struct dph_gpu_body *gpu, const struct dph_body *body, struct dph_error *err)
+bool dph_gpu_body_init(struct dph_gpu_body *gpu, const struct dph_body *body, bool unshared,
+                       struct dph_error *err)
 {
     *gpu = (struct dph_gpu_body){0};
     const struct dph_mesh *mesh = &body->mesh;
@@ -111,7 +113,7 @@ bool dph_gpu_body_init(struct dph_gpu_body *gpu, const struct dph_body *body, st
         return dph_fail(err, DPH_ERROR_ARGUMENT, "thickness of %zu vertices for a mesh of %zu",
                         body->thickness->nvert, mesh->nvert);
     gpu->count = (GLsizei)(3 * mesh->ntri);
-    gpu->expanded = !mesh->normal;
+    gpu->expanded = unshared || !mesh->normal;
     gpu->nvert = gpu->expanded ? 3 * mesh->ntri : mesh->nvert;
     bool sequence = gpu->expanded || mesh->nvert == 3 * mesh->ntri;
     for (size_t i = 0; sequence && !gpu->expanded && i < 3 * mesh->ntri; i++)

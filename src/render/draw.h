@@ -28,9 +28,10 @@ struct dph_gpu_body {
     double origin[3];
 };
 
-/* False: DPH_ERROR_LIMIT, _MEMORY or _CAPABILITY, and nothing is left behind. A body without
- * triangles gets count 0. */
-bool dph_gpu_body_init(struct dph_gpu_body *gpu, const struct dph_body *body, struct dph_error *err);
+/* `unshared`: expand it whether it has normals or not. False: DPH_ERROR_LIMIT, _MEMORY or
+ * _CAPABILITY, and nothing is left behind. A body without triangles gets count 0. */
+bool dph_gpu_body_init(struct dph_gpu_body *gpu, const struct dph_body *body, bool unshared,
+                       struct dph_error *err);
 void dph_gpu_body_finish(struct dph_gpu_body *gpu);
 
 /* Binds attribute DPH_OUTWARD: the angle-weighted normal of the vertex's position, the same for all
@@ -60,6 +61,8 @@ struct dph_target {
  * DPH_ERROR_CAPABILITY. */
 bool dph_target_fit(struct dph_target *target, int width, int height, int samples, struct dph_error *err);
 void dph_target_finish(struct dph_target *target);
+/* Averages the samples of the lower left width x height pixels. */
+void dph_target_resolve(const struct dph_target *target, int width, int height);
 /* Resolves the lower left width x height pixels and reads them back, rows from the bottom,
  * `row_length` pixels apart: premultiplied by coverage, with coverage in alpha. False:
  * DPH_ERROR_CAPABILITY. */
@@ -97,6 +100,16 @@ struct dph_draw {
     double eye[3];
     float clip[16]; /* positions relative to the eye, in radii of the scene, to clip space     */
 };
+
+/* renderer.c: checks a frame and fills what methods need of it. `frame` has to stay while `draw` is
+ * used. False: errors as dph_renderer_draw. */
+bool dph_draw_begin(struct dph_draw *draw, struct dph_renderer *renderer,
+                    const struct dph_frame *frame, struct dph_error *err);
+/* renderer.c: draws the whole frame into `target`, which is made to fit, tile by tile. `image`, of
+ * the frame's size, gets it without background, rows from the bottom; NULL: nothing is read back,
+ * and samples are averaged where there are several. False: errors as dph_renderer_draw. */
+bool dph_draw_frame(struct dph_draw *draw, struct dph_target *target, struct dph_image *image,
+                    struct dph_error *err);
 
 /* One pass over all instances. */
 struct dph_pass {

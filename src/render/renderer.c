@@ -40,6 +40,14 @@ struct dph_frame dph_frame_defaults(void)
 
 struct dph_renderer *dph_renderer_create(const struct dph_scene *scene, struct dph_error *err)
 {
+    return dph_renderer_create_with(scene, NULL, err);
+}
+
+struct dph_renderer *dph_renderer_create_with(const struct dph_scene *scene,
+                                              const struct dph_renderer_params *params,
+                                              struct dph_error *err)
+{
+    const bool unshared = params && params->unshared;
     if (epoxy_gl_version() < 33 || !epoxy_is_desktop_gl()) {
         dph_fail(err, DPH_ERROR_CAPABILITY, "drawing needs a context of GL 3.3");
         return NULL;
@@ -66,7 +74,7 @@ struct dph_renderer *dph_renderer_create(const struct dph_scene *scene, struct d
                 renderer->centre[k] = 0;
     }
     for (size_t i = 0; i < scene->nbody; i++)
-        if (!dph_gpu_body_init(&renderer->body[i], &scene->body[i], err)) {
+        if (!dph_gpu_body_init(&renderer->body[i], &scene->body[i], unshared, err)) {
             dph_renderer_destroy(renderer);
             return NULL;
         }
@@ -157,9 +165,8 @@ static bool check_light(const struct dph_light *light, int i, struct dph_error *
     return ok || dph_fail(err, DPH_ERROR_ARGUMENT, "light %d: a number is out of range", i);
 }
 
-/* Checks a frame and fills what methods need of it. */
-static bool begin(struct dph_draw *draw, struct dph_renderer *renderer,
-                  const struct dph_frame *frame, struct dph_error *err)
+bool dph_draw_begin(struct dph_draw *draw, struct dph_renderer *renderer,
+                    const struct dph_frame *frame, struct dph_error *err)
 {
     const struct dph_camera *camera = &frame->camera;
     if (!frame->method)
@@ -215,8 +222,8 @@ static void finish_image(struct dph_image *image, const double background[3])
 }
 
 /* Draws the part of the frame whose lower left pixel is (x, y) into the target. */
-static bool draw_tile(struct dph_draw *draw, const float clip[16], int x, int y, int width,
-                      int height, struct dph_error *err)
+static bool draw_tile(struct dph_draw *draw, const struct dph_target *target, const float clip[16],
+                      int x, int y, int width, int height, struct dph_error *err)
 {
     double w = draw->frame->width, h = draw->frame->height;
     for (int c = 0; c < 4; c++) { /* stretch clip space so that the tile fills it */
@@ -226,7 +233,7 @@ static bool draw_tile(struct dph_draw *draw, const float clip[16], int x, int y,
         out[1] =
             (float)((double)in[1] * h / height - (double)in[3] * (2 * y + height - h) / height);
     }
-    glBindFramebuffer(GL_FRAMEBUFFER, draw->renderer->target.frame);
+    glBindFramebuffer(GL_FRAMEBUFFER, target->frame);
     glViewport(0, 0, width, height);
     glClearColor(0, 0, 0, 0);
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
@@ -241,33 +248,46 @@ static bool draw_tile(struct dph_draw *draw, const float clip[16], int x, int y,
     return ok;
 }
 
-bool dph_renderer_draw(struct dph_renderer *renderer, const struct dph_frame *frame,
-                       struct dph_image *image, struct dph_error *err)
+bool dph_draw_frame(struct dph_draw *draw, struct dph_target *target, struct dph_image *image,
+                    struct dph_error *err)
 {
-    struct dph_draw draw;
-    if (!begin(&draw, renderer, frame, err))
-        return false;
-    if (!image->pixel || image->width != frame->width || image->height != frame->height)
-        return dph_fail(err, DPH_ERROR_ARGUMENT, "a frame of %d x %d for an image of %d x %d",
-                        frame->width, frame->height, image->width, image->height);
-    dph_gl_drain();
-    if (frame->method->draw->prepare && !frame->method->draw->prepare(&draw, err))
-        return false;
+    const struct dph_frame *frame = draw->frame;
     int tile_width = frame->width < TILE ? frame->width : TILE;
     int tile_height = frame->height < TILE ? frame->height : TILE;
-    if (!dph_target_fit(&renderer->target, tile_width, tile_height, frame->samples, err))
-        return false;
     float clip[16];
-    memcpy(clip, draw.clip, sizeof clip);
+    dph_gl_drain();
+    if (frame->method->draw->prepare && !frame->method->draw->prepare(draw, err))
+        return false;
+    if (!dph_target_fit(target, tile_width, tile_height, frame->samples, err))
+        return false;
+    memcpy(clip, draw->clip, sizeof clip);
     for (int y = 0; y < frame->height; y += tile_height)
         for (int x = 0; x < frame->width; x += tile_width) {
             int width = frame->width - x < tile_width ? frame->width - x : tile_width;
             int height = frame->height - y < tile_height ? frame->height - y : tile_height;
-            float *corner = image->pixel + 4 * ((size_t)y * (size_t)frame->width + (size_t)x);
-            if (!draw_tile(&draw, clip, x, y, width, height, err) ||
-                !dph_target_read(&renderer->target, width, height, corner, frame->width, err))
+            size_t corner = 4 * ((size_t)y * (size_t)frame->width + (size_t)x);
+            if (!draw_tile(draw, target, clip, x, y, width, height, err))
+                return false;
+            if (!image && target->samples > 1)
+                dph_target_resolve(target, width, height);
+            if (image && !dph_target_read(target, width, height, image->pixel + corner,
+                                          frame->width, err))
                 return false;
         }
+    return true;
+}
+
+bool dph_renderer_draw(struct dph_renderer *renderer, const struct dph_frame *frame,
+                       struct dph_image *image, struct dph_error *err)
+{
+    struct dph_draw draw;
+    if (!dph_draw_begin(&draw, renderer, frame, err))
+        return false;
+    if (!image->pixel || image->width != frame->width || image->height != frame->height)
+        return dph_fail(err, DPH_ERROR_ARGUMENT, "a frame of %d x %d for an image of %d x %d",
+                        frame->width, frame->height, image->width, image->height);
+    if (!dph_draw_frame(&draw, &renderer->target, image, err))
+        return false;
     finish_image(image, frame->background);
     return true;
 }
@@ -276,7 +296,7 @@ bool dph_renderer_thickness(struct dph_renderer *renderer, const struct dph_fram
                             size_t instance, float *thickness, struct dph_error *err)
 {
     struct dph_draw draw;
-    if (!begin(&draw, renderer, frame, err))
+    if (!dph_draw_begin(&draw, renderer, frame, err))
         return false;
     const struct dph_scene *scene = renderer->scene;
     if (instance >= scene->ninstance)
@@ -340,7 +360,7 @@ bool dph_renderer_cost(struct dph_renderer *renderer, const struct dph_frame *fr
 {
     struct dph_draw draw;
     double bytes = 0, vertices = 0;
-    if (!begin(&draw, renderer, frame, err))
+    if (!dph_draw_begin(&draw, renderer, frame, err))
         return false;
     *cost = (struct dph_cost){.passes = 1};
     for (size_t i = 0; i < renderer->scene->nbody; i++) {

@@ -77,12 +77,18 @@ bool dph_target_fit(struct dph_target *target, int width, int height, int sample
                     width, height, (unsigned)status);
 }
 
-bool dph_target_read(struct dph_target *target, int width, int height, float *pixel, int row_length,
-                     struct dph_error *err)
+void dph_target_resolve(const struct dph_target *target, int width, int height)
 {
     glBindFramebuffer(GL_READ_FRAMEBUFFER, target->frame);
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, target->resolved);
     glBlitFramebuffer(0, 0, width, height, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+    glBindFramebuffer(GL_FRAMEBUFFER, 0);
+}
+
+bool dph_target_read(struct dph_target *target, int width, int height, float *pixel, int row_length,
+                     struct dph_error *err)
+{
+    dph_target_resolve(target, width, height);
     glBindFramebuffer(GL_FRAMEBUFFER, target->resolved);
     glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
     glPixelStorei(GL_PACK_ALIGNMENT, 4);
