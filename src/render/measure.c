@@ -1,23 +1,24 @@
 /* Milliseconds a frame, of several descriptions in turns.
  *
- * A machine's speed drifts: clocks rise and fall, neighbours come and go. What drifts slowly slows
- * all that is measured within a short time alike, so the descriptions take turns. A round gives each
- * of them a block of frames; in every round a description is divided by the first one, the base
- * line, and the median of these ratios over the rounds is what is reported. Times themselves are
- * quantiles over all frames. The order within a round shifts by one from round to round, so that
- * nobody always follows the same neighbour, and a block's first frame, which finds the caches full of
- * the neighbour's data, does not count.
+ * A machine's speed drifts: clocks rise and fall, neighbours come and go. What drifts slowly
+ * slows all that is measured within a short time alike, so the descriptions take turns. A round
+ * gives each of them a block of frames; in every round a description is divided by the first
+ * one, the base line, and the median of these ratios over the rounds is what is reported. Times
+ * themselves are quantiles over all frames. The order within a round shifts by one from round to
+ * round, so that nobody always follows the same neighbour, and a block's first frame, which
+ * finds the caches full of the neighbour's data, does not count.
  *
- * Lights turn about the vertical before every frame, so that what the CPU computes once a light is
- * part of the frame, and depth maps are drawn anew. They turn by the golden angle: however many
- * frames a block has, its directions are spread evenly over the circle, and descriptions of which one
- * is slower are seen under the same light on average.
+ * Lights turn about the vertical before every frame, so that what the CPU computes once a light
+ * is part of the frame, and depth maps are drawn anew. They turn by the golden angle: however
+ * many frames a block has, its directions are spread evenly over the circle, and descriptions of
+ * which one is slower are seen under the same light on average.
  *
- * With a driver whose timers count, each frame is enclosed by a query of GL_TIME_ELAPSED, some frames
- * are under way at once, and the time is that of the GPU. Software rasterisers have the query, too,
- * but it does not contain the work of their threads: there, glFinish follows every frame and a clock
- * runs from its first call to the end of glFinish. In both cases the CPU's time is that until all calls
- * of a frame are made; a software rasteriser has shaded the vertices by then. */
+ * With a driver whose timers count, each frame is enclosed by a query of GL_TIME_ELAPSED, some
+ * frames are under way at once, and the time is that of the GPU. Software rasterisers have the
+ * query, too, but it does not contain the work of their threads: there, glFinish follows every
+ * frame and a clock runs from its first call to the end of glFinish. In both cases the CPU's
+ * time is that until all calls of a frame are made; a software rasteriser has shaded the
+ * vertices by then. */
 #include "render/draw.h"
 
 #include "core/clock.h"
