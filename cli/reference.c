@@ -71,6 +71,19 @@ static void report(const struct settings *settings, const struct dph_reference_o
     }
 }
 
+/* EXR takes the variance of every pixel's mean along. */
+static bool save(const struct settings *settings, const struct dph_image *image,
+                 const struct dph_reference *reference, struct dph_error *err)
+{
+    const struct dph_tone tone = {.exposure = settings->exposure};
+    const struct dph_channel variance[3] = {{"variance.R", reference->variance, 3},
+                                            {"variance.G", reference->variance + 1, 3},
+                                            {"variance.B", reference->variance + 2, 3}};
+    if (has_ending(settings->output, ".exr"))
+        return dph_image_save_channels(image, variance, 3, settings->output, err);
+    return dph_image_save(image, settings->output, &tone, err);
+}
+
 static struct dph_reference_options options_of(const struct settings *settings,
                                                const struct dph_material *material,
                                                struct dph_light light[DPH_MAX_LIGHTS])
@@ -130,12 +143,11 @@ int render_reference(const struct settings *settings, const struct dph_material 
     progress_end(&progress);
     if (before != SIG_ERR)
         signal(SIGINT, before);
-    struct dph_tone tone = {.exposure = settings->exposure};
     if (!drawn || !dph_image_init(&image, o.width, o.height, &err))
         goto error;
     memcpy(image.pixel, reference.pixel,
            4 * (size_t)o.width * (size_t)o.height * sizeof *image.pixel);
-    if (!dph_image_save(&image, settings->output, &tone, &err))
+    if (!save(settings, &image, &reference, &err))
         goto error;
     report(settings, &o, &reference, seconds_now() - start);
     goto done;

@@ -37,8 +37,23 @@ double dph_srgb_decode(double encoded);
 bool dph_image_save(const struct dph_image *image, const char *path, const struct dph_tone *tone,
                     struct dph_error *err);
 
+/* A further channel of an .exr file, as large as the picture. */
+struct dph_channel {
+    const char *name;   /* 1 to 31 ASCII characters without spaces, by custom LAYER.COMPONENT, as
+                         * variance.R; not R, G, B, A or Y, and no two alike                       */
+    const float *value; /* (height x width), rows from the top, `stride` floats from one to the next */
+    int stride;         /* 1 to 1024                                                               */
+};
+
+/* Writes .exr as dph_image_save does, with `channel` (nchannel, at most 64) beside R, G, B and A.
+ * Programs that know nothing of them, and dph_image_load, read the picture alone. False:
+ * DPH_ERROR_ARGUMENT (another ending, names, strides), _OUTPUT, _MEMORY. */
+bool dph_image_save_channels(const struct dph_image *image, const struct dph_channel *channel,
+                             int nchannel, const char *path, struct dph_error *err);
+
 /* Reads .png (any depth and colour type; decoded from sRGB to linear), .exr (R, G, B and A or Y;
- * missing alpha is 1) or .hdr (Radiance RGBE, alpha is 1), told by the content. False: DPH_ERROR_INPUT, _LIMIT, _UNSUPPORTED, _MEMORY. */
+ * missing alpha is 1, other channels are passed over) or .hdr (Radiance RGBE, alpha is 1), told by
+ * the content. False: DPH_ERROR_INPUT, _LIMIT, _UNSUPPORTED, _MEMORY. */
 bool dph_image_load(struct dph_image *image, const char *path, struct dph_error *err);
 
 #ifdef __cplusplus

@@ -2,8 +2,9 @@
  *
  * The library reads and writes at offsets, so both directions go through a buffer in memory: a read
  * never sees more than the file, and a written file reaches the disk whole through dph_output.
- * Written: one part, scan lines, ZIP (16 lines a chunk), 32-bit float channels R, G, B, A with rows
- * from the top. Nothing in the header depends on the machine or the time. */
+ * Written: one part, scan lines, ZIP (16 lines a chunk), 32-bit float channels R, G, B, A and those
+ * that the caller adds, with rows from the top; the library sorts them by name, as the format wants.
+ * Nothing in the header depends on the machine or the time. */
 #include "core/fail.h"
 #include "core/memory.h"
 #include "image/formats.h"
@@ -12,6 +13,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+enum { MAX_CHANNELS = 64, MAX_STRIDE = 1024 };
 
 /* What a context's callbacks see. */
 struct stream {
@@ -258,13 +261,33 @@ bool dph_read_exr(struct dph_image *image, const struct dph_file *file, const ch
     return ok;
 }
 
-static exr_result_t write_chunks(exr_context_t exr, const struct dph_image *image)
+/* What is to be written. */
+struct picture {
+    const struct dph_image *image;
+    const struct dph_channel *channel; /* (nchannel) beside R, G, B and A */
+    int nchannel;
+};
+
+/* Where a channel's values lie, and how many floats apart those of neighbours are. */
+static const float *values_of(const struct picture *picture, const char *name, int *stride)
+{
+    for (int i = 0; i < picture->nchannel; i++)
+        if (!strcmp(name, picture->channel[i].name)) {
+            *stride = picture->channel[i].stride;
+            return picture->channel[i].value;
+        }
+    *stride = 4;
+    return picture->image->pixel + slot_of(name);
+}
+
+static exr_result_t write_chunks(exr_context_t exr, const struct picture *picture)
 {
     exr_encode_pipeline_t encode = EXR_ENCODE_PIPELINE_INITIALIZER;
     bool begun = false;
     int32_t lines = 1;
+    int width = picture->image->width, height = picture->image->height;
     exr_result_t result = exr_get_scanlines_per_chunk(exr, 0, &lines);
-    for (int y = 0; y < image->height && !result; y += lines) {
+    for (int y = 0; y < height && !result; y += lines) {
         exr_chunk_info_t chunk = {0};
         result = exr_write_scanline_chunk_info(exr, 0, y, &chunk);
         if (result)
@@ -275,10 +298,12 @@ static exr_result_t write_chunks(exr_context_t exr, const struct dph_image *imag
             break;
         for (int c = 0; c < encode.channel_count && !result; c++) {
             exr_coding_channel_info_t *channel = &encode.channels[c];
-            const float *pixel = image->pixel + (size_t)y * (size_t)image->width * 4;
-            channel->encode_from_ptr = (const uint8_t *)(pixel + slot_of(channel->channel_name));
-            channel->user_pixel_stride = 16;
-            channel->user_line_stride = image->width * 16;
+            int stride;
+            const float *value = values_of(picture, channel->channel_name, &stride);
+            value += (size_t)y * (size_t)width * (size_t)stride;
+            channel->encode_from_ptr = (const uint8_t *)value;
+            channel->user_pixel_stride = 4 * stride;
+            channel->user_line_stride = 4 * stride * width;
             channel->user_bytes_per_element = 4;
             channel->user_data_type = EXR_PIXEL_FLOAT;
         }
@@ -293,8 +318,40 @@ static exr_result_t write_chunks(exr_context_t exr, const struct dph_image *imag
     return result;
 }
 
-bool dph_write_exr(const struct dph_image *image, const char *path, struct dph_error *err)
+/* Names are the caller's: what another program could not tell apart or print is refused. */
+static bool check_channels(const struct picture *picture, const char *path, struct dph_error *err)
 {
+    if (picture->nchannel < 0 || picture->nchannel > MAX_CHANNELS)
+        return dph_fail(err, DPH_ERROR_ARGUMENT, "%s: %d further channels: 0 to %d", path,
+                        picture->nchannel, (int)MAX_CHANNELS);
+    for (int i = 0; i < picture->nchannel; i++) {
+        const struct dph_channel *channel = &picture->channel[i];
+        size_t length = strlen(channel->name), plain = 0;
+        while (plain < length && channel->name[plain] > ' ' && channel->name[plain] <= '~')
+            plain++;
+        if (length < 1 || length > 31 || plain < length)
+            return dph_fail(err, DPH_ERROR_ARGUMENT,
+                            "%s: channel %d: a name has 1 to 31 ASCII characters and no spaces",
+                            path, i + 1);
+        bool twice = slot_of(channel->name) >= 0;
+        for (int j = 0; j < i; j++)
+            twice = twice || !strcmp(channel->name, picture->channel[j].name);
+        if (twice)
+            return dph_fail(err, DPH_ERROR_ARGUMENT, "%s: channel %s: the name is taken", path,
+                            channel->name);
+        if (channel->stride < 1 || channel->stride > MAX_STRIDE)
+            return dph_fail(err, DPH_ERROR_ARGUMENT, "%s: channel %s: a stride of %d: 1 to %d",
+                            path, channel->name, channel->stride, (int)MAX_STRIDE);
+    }
+    return true;
+}
+
+bool dph_write_exr(const struct dph_image *image, const struct dph_channel *channel, int nchannel,
+                   const char *path, struct dph_error *err)
+{
+    const struct picture picture = {image, channel, nchannel};
+    if (!check_channels(&picture, path, err))
+        return false;
     struct stream s = {0};
     exr_context_initializer_t init = initializer(&s);
     exr_context_t exr = NULL;
@@ -310,10 +367,13 @@ bool dph_write_exr(const struct dph_image *image, const char *path, struct dph_e
     for (int c = 0; c < 4 && !result; c++)
         result = exr_add_channel(exr, part, names[c], EXR_PIXEL_FLOAT, EXR_PERCEPTUALLY_LOGARITHMIC,
                                  1, 1);
+    for (int c = 0; c < nchannel && !result; c++)
+        result = exr_add_channel(exr, part, channel[c].name, EXR_PIXEL_FLOAT,
+                                 EXR_PERCEPTUALLY_LINEAR, 1, 1);
     if (!result)
         result = exr_write_header(exr);
     if (!result)
-        result = write_chunks(exr, image);
+        result = write_chunks(exr, &picture);
     exr_result_t finished = exr_finish(&exr); /* writes the table of chunks */
     if (!result)
         result = finished;

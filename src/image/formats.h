@@ -21,7 +21,8 @@ bool dph_read_exr(struct dph_image *image, const struct dph_file *file, const ch
                   struct dph_error *err);
 bool dph_read_hdr(struct dph_image *image, const struct dph_file *file, const char *path,
                   struct dph_error *err);
-bool dph_write_exr(const struct dph_image *image, const char *path, struct dph_error *err);
+bool dph_write_exr(const struct dph_image *image, const struct dph_channel *channel, int nchannel,
+                   const char *path, struct dph_error *err);
 
 /* Whether a picture of this size may be read from a file of `file_size` bytes, `row_bytes` a row
  * before compression. Deflate, the strongest of the compressions in use, shrinks by at most 1032 :

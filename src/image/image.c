@@ -85,8 +85,16 @@ bool dph_image_save(const struct dph_image *image, const char *path, const struc
     if (!strcasecmp(ending, ".png"))
         return dph_write_png(image, path, tone, err);
     if (!strcasecmp(ending, ".exr"))
-        return dph_write_exr(image, path, err);
+        return dph_write_exr(image, NULL, 0, path, err);
     return dph_fail(err, DPH_ERROR_ARGUMENT, "%s: pictures are written as .png or .exr", path);
+}
+
+bool dph_image_save_channels(const struct dph_image *image, const struct dph_channel *channel,
+                             int nchannel, const char *path, struct dph_error *err)
+{
+    if (strcasecmp(ending_of(path), ".exr"))
+        return dph_fail(err, DPH_ERROR_ARGUMENT, "%s: further channels are written to .exr", path);
+    return dph_write_exr(image, channel, nchannel, path, err);
 }
 
 bool dph_image_load(struct dph_image *image, const char *path, struct dph_error *err)

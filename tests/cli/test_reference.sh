@@ -25,6 +25,17 @@ expect 1 $traced -o other.exr --boundary rough
 expect 1 $traced -o other.exr --spp 0
 expect 2 $traced -o other.exr --env missing.exr
 
+# variance beside the picture, for whoever asks: names in the header's list, 18 bytes apart from the name
+for channel in A B G R variance.B variance.G variance.R; do
+    grep -qaF "$channel" one.exr || fail "one.exr has no channel $channel"
+done
+expect 0 compare one.exr two.exr --json
+field '.rmse == 0'
+if command -v exrheader >exrheader.path; then
+    exrheader one.exr | tr '\n' ' ' >header
+    grep -q 'variance.B, 32-bit floating-point.*variance.G, 32-bit.*variance.R, 32-bit' header || fail "exrheader: $(cat header)"
+fi
+
 "$diaphan" $traced -o stopped.png --spp 16000000 >stdout 2>stderr &
 tracer=$!
 sleep 1
