@@ -67,6 +67,39 @@ static void test_weld_numbers_by_first_appearance(void **state)
     assert_int_equal(dph_mesh_weld(p[0], sizeof p[0], 0, id, NULL), 0);
 }
 
+/* Corners come together where everything is equal, and only there. */
+static void test_share(void **state)
+{
+    (void)state;
+    struct dph_mesh mesh, before;
+    make_torus(&mesh, 12, 8, .4);
+    unshare(&mesh);
+    assert_int_equal(mesh.nvert, 576);
+    assert_true(dph_mesh_share(&mesh, NULL));
+    assert_int_equal(mesh.nvert, 96);
+    assert_int_equal(mesh.ntri, 192);
+    make_torus(&before, 12, 8, .4);
+    for (size_t i = 0; i < 3 * mesh.ntri; i++)
+        assert_memory_equal(mesh.position + 3 * mesh.index[i],
+                            before.position + 3 * before.index[i], 3 * sizeof(float));
+    dph_mesh_finish(&mesh);
+    dph_mesh_finish(&before);
+    /* a box with flat faces has three normals at a corner; -0 is 0 */
+    const double at[3] = {0, 0, 0}, size[3] = {1, 1, 1};
+    make_box(&mesh, at, size);
+    assert_true(dph_mesh_make_normals(&mesh, 30, NULL, NULL));
+    size_t smooth = mesh.nvert;
+    assert_int_equal(smooth, 24);
+    mesh.position[0] = -0.0F;
+    assert_true(dph_mesh_share(&mesh, NULL));
+    assert_int_equal(mesh.nvert, 24);
+    for (size_t v = 0; v < mesh.nvert; v++)
+        memset(mesh.normal + 3 * v, 0, 3 * sizeof(float));
+    assert_true(dph_mesh_share(&mesh, NULL));
+    assert_int_equal(mesh.nvert, 8);
+    dph_mesh_finish(&mesh);
+}
+
 static void test_weld_refuses_what_is_not_finite(void **state)
 {
     (void)state;
@@ -319,6 +352,7 @@ int main(void)
         cmocka_unit_test(test_weld_numbers_by_first_appearance),
         cmocka_unit_test(test_weld_refuses_what_is_not_finite),
         cmocka_unit_test(test_weld_grid),
+        cmocka_unit_test(test_share),
         cmocka_unit_test(test_measure_box),
         cmocka_unit_test(test_measure_faults),
         cmocka_unit_test(test_position_normals),

@@ -40,6 +40,11 @@ void dph_mesh_finish(struct dph_mesh *mesh);
 size_t dph_mesh_weld(const float *position, size_t stride, size_t nvert, uint32_t *position_of,
                      struct dph_error *err);
 
+/* Makes one of all vertices that are equal in every array (-0 equals +0, nothing else is rounded), in
+ * order of first appearance; the arrays keep their memory. Triangles stay as they are and in their
+ * order. False: DPH_ERROR_MEMORY, and the mesh is unchanged. */
+bool dph_mesh_share(struct dph_mesh *mesh, struct dph_error *err);
+
 /* What a mesh is made of, after welding by exact position. Edges are counted over triangles that
  * have three distinct positions. */
 struct dph_mesh_stats {
