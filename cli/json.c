@@ -1,5 +1,6 @@
 /* Printing JSON: one object, commas and quotes where they belong. */
 #include "cli.h"
+#include "text.h"
 
 #include <assert.h>
 #include <math.h>
@@ -16,25 +17,6 @@ static void quoted(struct json *json, const char *text)
             putc(*c, json->stream);
     }
     putc('"', json->stream);
-}
-
-/* Bytes of the UTF-8 sequence that starts at `c`, 0 where it is none (RFC 3629: no overlong forms,
- * no surrogates). */
-static int sequence(const unsigned char *c)
-{
-    if (c[0] < 0x80)
-        return 1;
-    int length = c[0] >= 0xc2 && c[0] <= 0xdf   ? 2
-                 : (c[0] & 0xf0) == 0xe0        ? 3
-                 : c[0] >= 0xf0 && c[0] <= 0xf4 ? 4
-                                                : 0;
-    for (int i = 1; i < length; i++)
-        if ((c[i] & 0xc0) != 0x80)
-            return 0;
-    if ((c[0] == 0xe0 && c[1] < 0xa0) || (c[0] == 0xed && c[1] > 0x9f) ||
-        (c[0] == 0xf0 && c[1] < 0x90) || (c[0] == 0xf4 && c[1] > 0x8f))
-        return 0;
-    return length;
 }
 
 static void next(struct json *json, const char *key)
@@ -97,7 +79,7 @@ void emit_text(struct json *json, const char *key, const char *value)
     char clean[1024];
     size_t n = 0;
     for (const unsigned char *c = (const unsigned char *)value; *c && n + 5 < sizeof clean;) {
-        int length = sequence(c);
+        int length = text_sequence(c);
         if (!length) {
             clean[n++] = '?';
             c++;

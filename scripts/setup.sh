@@ -9,8 +9,10 @@ packages="gcc g++ clang libclang-rt-14-dev libc6-dev make cmake pkg-config git c
 # libraries: JSON, compressed glTF, rays, GL without a window, pictures
 packages="$packages libjansson-dev libmeshoptimizer-dev libembree-dev libepoxy-dev libegl-dev libgl1-mesa-dri"
 packages="$packages libpng-dev libopenexr-dev"
-# tests: unit tests, JSON on the command line, a shader compiler that is nobody's driver
-packages="$packages libcmocka-dev jq glslang-tools"
+# charts and contact sheets: drawing, and a font to draw texts with
+packages="$packages libcairo2-dev libfontconfig-dev fonts-dejavu-core"
+# tests: unit tests, JSON on the command line, SVG and HTML, a shader compiler that is nobody's driver
+packages="$packages libcmocka-dev jq libxml2-utils glslang-tools"
 # the scanned mesh of the demo
 packages="$packages glmark2-data"
 

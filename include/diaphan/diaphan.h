@@ -8,6 +8,7 @@
 #include <diaphan/cpca.h>
 #include <diaphan/environment.h>
 #include <diaphan/error.h>
+#include <diaphan/file.h>
 #include <diaphan/light.h>
 #include <diaphan/material.h>
 #include <diaphan/mesh.h>

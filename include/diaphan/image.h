@@ -51,6 +51,11 @@ struct dph_channel {
 bool dph_image_save_channels(const struct dph_image *image, const struct dph_channel *channel,
                              int nchannel, const char *path, struct dph_error *err);
 
+/* The bytes of the .png that dph_image_save would write, into memory: *data (*size bytes) is the
+ * caller's to free(). False: DPH_ERROR_MEMORY. */
+bool dph_image_encode_png(const struct dph_image *image, const struct dph_tone *tone,
+                          unsigned char **data, size_t *size, struct dph_error *err);
+
 /* Reads .png (any depth and colour type; decoded from sRGB to linear), .exr (R, G, B and A or Y;
  * missing alpha is 1, other channels are passed over) or .hdr (Radiance RGBE, alpha is 1), told by
  * the content. False: DPH_ERROR_INPUT, _LIMIT, _UNSUPPORTED, _MEMORY. */

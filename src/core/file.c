@@ -2,6 +2,8 @@
 #define _XOPEN_SOURCE 700
 #include "core/file.h"
 
+#include <diaphan/file.h>
+
 #include "core/fail.h"
 #include "core/memory.h"
 
@@ -171,4 +173,13 @@ void dph_output_abandon(struct dph_output *out)
     free(out->temporary);
     free(out->path);
     free(out);
+}
+
+bool dph_file_save(const char *path, const void *data, size_t size, struct dph_error *err)
+{
+    struct dph_output *out = dph_output_open(path, err);
+    if (!out)
+        return false;
+    dph_output_write(out, data, size);
+    return dph_output_close(out, err);
 }

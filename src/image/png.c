@@ -152,16 +152,25 @@ bool dph_read_png(struct dph_image *image, const struct dph_file *file, const ch
 struct writer {
     png_structp png;
     png_infop info;
-    struct dph_output *out;
     png_bytep row;
+    png_bytep data; /* (capacity) the file so far, of `size` bytes */
+    size_t size, capacity;
     char message[128];
 };
 
 static void write_bytes(png_structp png, png_bytep data, size_t size)
 {
     struct writer *w = png_get_io_ptr(png);
-    if (!dph_output_write(w->out, data, size))
-        png_error(png, "could not be written");
+    if (size > w->capacity - w->size) {
+        size_t wanted = w->capacity + w->capacity / 2 + size + 4096;
+        png_bytep grown = wanted > size ? realloc(w->data, wanted) : NULL;
+        if (!grown)
+            png_error(png, "out of memory");
+        w->data = grown;
+        w->capacity = wanted;
+    }
+    memcpy(w->data + w->size, data, size);
+    w->size += size;
 }
 
 static void flush_bytes(png_structp png)
@@ -213,37 +222,46 @@ static void write_pixels(struct writer *w, const struct dph_image *image,
     png_write_end(png, NULL);
 }
 
-bool dph_write_png(const struct dph_image *image, const char *path, const struct dph_tone *tone,
-                   struct dph_error *err)
+bool dph_image_encode_png(const struct dph_image *image, const struct dph_tone *tone,
+                          unsigned char **data, size_t *size, struct dph_error *err)
 {
     struct writer *w = calloc(1, sizeof *w);
     if (!w)
         return dph_fail_memory(err);
-    if (!(w->out = dph_output_open(path, err))) {
-        free(w);
-        return false;
-    }
     w->png = png_create_write_struct(PNG_LIBPNG_VER_STRING, w->message, on_error, on_warning);
     w->info = w->png ? png_create_info_struct(w->png) : NULL;
     w->row = dph_alloc((size_t)image->width, 3);
-    if (!w->info || !w->row) {
-        png_destroy_write_struct(&w->png, &w->info);
-        dph_output_abandon(w->out);
-        free(w->row);
-        free(w);
-        return dph_fail_memory(err);
-    }
-    if (!setjmp(png_jmpbuf(w->png)))
+    bool ok = false;
+    if (w->info && w->row && !setjmp(png_jmpbuf(w->png))) {
         write_pixels(w, image, tone);
+        ok = true;
+    }
     png_destroy_write_struct(&w->png, &w->info);
-    bool ok;
-    if (w->message[0] && dph_output_write(w->out, "", 0)) { /* libpng refused, not the disk */
-        dph_output_abandon(w->out);
-        ok = dph_fail(err, DPH_ERROR_OUTPUT, "%s: %s", path, w->message);
-    } else {
-        ok = dph_output_close(w->out, err);
+    if (ok) {
+        *data = w->data;
+        *size = w->size;
+    } else { /* a picture of a legal size is refused for want of memory alone */
+        free(w->data);
+        dph_fail_memory(err);
     }
     free(w->row);
     free(w);
     return ok;
+}
+
+bool dph_write_png(const struct dph_image *image, const char *path, const struct dph_tone *tone,
+                   struct dph_error *err)
+{
+    unsigned char *data;
+    size_t size;
+    struct dph_output *out = dph_output_open(path, err); /* before the work: it may be refused */
+    if (!out)
+        return false;
+    if (!dph_image_encode_png(image, tone, &data, &size, err)) {
+        dph_output_abandon(out);
+        return false;
+    }
+    dph_output_write(out, data, size);
+    free(data);
+    return dph_output_close(out, err);
 }
