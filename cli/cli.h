@@ -45,6 +45,8 @@ struct settings {
     double specular, rim, ambient;    /* NaN: the material's */
     int formula;                      /* -1: the material's */
     const struct dph_method *method;
+    unsigned methods;   /* of several: a bit for each number in the table; 0: all */
+    const char *lights; /* what --lights says; NULL: not given */
     bool reference; /* the path tracer instead of a method of the table */
     int boundary, spp, seed; /* of the reference; the first is enum dph_boundary */
     struct dph_camera camera;
@@ -64,8 +66,11 @@ struct settings {
     double max_flip, min_psnr; /* compare; infinite: not given */
 
     double seconds; /* bench: a measurement at least */
+    int repeat;     /* bench draw: copies of the mesh */
     int nsize;
     int size[MAX_SIZES]; /* bench bake: triangles of made-up meshes */
+
+    uint64_t given[2]; /* a bit an option that was given, see is_given */
 };
 
 struct command {
@@ -87,6 +92,8 @@ extern const struct command command_bake, command_bench, command_candle, command
 void settings_init(struct settings *settings, const struct command *command);
 /* Parses argv[first..argc - 1]; complains and returns false. */
 bool settings_parse(struct settings *settings, int argc, char **argv, int first);
+/* Whether the user gave the option, for those whose default depends on the rest. */
+bool is_given(const struct settings *settings, const char *name);
 void print_command_help(const struct command *command);
 /* The nearest of names to a misspelt one, NULL where none is near. `name_at` gives NULL beyond the
  * last. */
@@ -170,6 +177,12 @@ bool show_transfer_compression(const struct settings *settings, struct dph_scene
 /* Bakes made-up meshes of settings->size triangles; rows to `json` or, where that is NULL, a
  * table. Returns an exit code. */
 int bench_scale(const struct settings *settings, struct json *json);
+
+/* bench_draw.c */
+/* Measures drawing, of settings->input[1] and on. Returns an exit code. */
+int bench_draw(struct settings *settings);
+/* The processor's name as the system has it. */
+void cpu_name(char *name, size_t size);
 
 /* prepare.c */
 /* Loads the scene, passes on its warnings. NULL: complained, *code is the exit code. */

@@ -16,7 +16,10 @@
 #include <string.h>
 #include <unistd.h>
 
-static const char *const takes[] = {"directions", "fit", "seconds", "scale", NULL};
+static const char *const takes[] = {"output", "directions", "fit", "seconds", "scale",
+                                    /* draw */
+                                    "methods", "resolution", "use-bands", "lights", "repeat-mesh",
+                                    "material", "size-mm", "map-size", "samples", NULL};
 
 static const char *const BUNNY = "/usr/share/glmark2/models/bunny.obj";
 
@@ -60,8 +63,7 @@ static int processors(void)
     return count < 1 ? 1 : count > 256 ? 256 : (int)count;
 }
 
-/* The processor's name as the system has it. */
-static void cpu_name(char *name, size_t size)
+void cpu_name(char *name, size_t size)
 {
     char line[256];
     FILE *file = fopen("/proc/cpuinfo", "r");
@@ -307,8 +309,13 @@ static int run(struct settings *settings)
     char cpu[128], *text = NULL;
     size_t length = 0;
     FILE *stream = NULL;
-    if (strcmp(settings->input[0], "bake") != 0) {
-        complain(settings, "'%s' is nothing to measure; there is: bake", settings->input[0]);
+    const bool draw = strcmp(settings->input[0], "draw") == 0;
+    if (!draw && strcmp(settings->input[0], "bake") != 0) {
+        complain(settings, "'%s' is nothing to measure; there are: bake, draw", settings->input[0]);
+        return EXIT_USAGE;
+    }
+    if (!draw && settings->output) {
+        complain(settings, "bench bake writes no files, only bench draw does");
         return EXIT_USAGE;
     }
     for (int i = 1; i < settings->ninput; i++) /* not after minutes of measuring */
@@ -316,6 +323,8 @@ static int run(struct settings *settings)
             complain(settings, "%s: %s", settings->input[i], strerror(errno));
             return EXIT_INPUT;
         }
+    if (draw)
+        return bench_draw(settings);
     cpu_name(cpu, sizeof cpu);
     if (settings->json) { /* kept back until it is whole */
         if (!(stream = open_memstream(&text, &length))) {
@@ -352,17 +361,29 @@ static int run(struct settings *settings)
 const struct command command_bench = {
     .name = "bench",
     .summary = "measure speed",
-    .usage = "bake [INPUT ...] [options]",
+    .usage = "bake|draw [INPUT ...] [options]",
     .examples = "  diaphan bench bake\n"
                 "  diaphan bench bake bunny.obj lucy.ply --seconds 3 --json\n"
-                "  diaphan bench bake --scale 250000,500000,1000000\n",
+                "  diaphan bench bake --scale 250000,500000,1000000\n"
+                "  diaphan bench draw -o results\n"
+                "  diaphan bench draw bunny.obj --methods shsss,green --resolution 1920x1080\n"
+                "  diaphan bench draw --methods shsss,prt-cpca --lights 1,2,4,8,16\n",
     .notes = "bake: pairs of position and direction a second, the sweep beside Embree's rays "
              "(rtcIntersect1 for the first\n"
              "exit, a filter for all hits), one thread and all of them, in one run. Of a file with "
              "several bodies the largest\n"
              "is measured. Without INPUT: the candle, and the bunny of the package glmark2-data "
              "where it is installed. --scale bakes made-up closed meshes of growing size,\n"
-             "each in a process of its own, and shows time and peak memory.\n",
+             "each in a process of its own, and shows time and peak memory.\n"
+             "draw: milliseconds a frame of every method beside plain shading (lambert), with "
+             "vertices unshared and indexed,\n"
+             "near (the model as high as the frame) and far (an eighth of that), at 1280x800 and "
+             "5x5, shsss with 1 to 6 bands\n"
+             "in every component type, prt-cpca as 1 cluster of 24 vectors and 64 of 8; on the "
+             "candle without INPUT. Lights turn\n"
+             "before every frame. --seconds is a measurement's time. --lights measures growth "
+             "instead: near, unshared and indexed.\n"
+             "-o FOLDER gets chart.svg, chart.png, report.md and results.json, growth included.\n",
     .options = takes,
     .min_inputs = 1,
     .max_inputs = MAX_INPUTS,

@@ -183,6 +183,34 @@ static bool parse_for(const struct option *option, struct settings *settings, co
     return true;
 }
 
+/* The methods that are drawn. */
+static const char *drawn_name(size_t i)
+{
+    const struct dph_method *method = dph_method_at(i);
+    return method ? method->name : NULL;
+}
+
+/* The same, as a set. */
+static bool parse_methods(const struct option *option, struct settings *settings, const char *value,
+                          char *why)
+{
+    unsigned set = 0;
+    for (const char *at = value;; at++) {
+        char name[40];
+        size_t length = strcspn(at, ",");
+        snprintf(name, sizeof name, "%.*s", (int)(length < 39 ? length : 39), at);
+        int number = choice_of(option, name, why);
+        if (number < 0)
+            return false;
+        set |= 1U << number;
+        at += length;
+        if (!*at)
+            break;
+    }
+    *(unsigned *)field(option, settings) = set;
+    return true;
+}
+
 /* The light that an option adds; NULL where there are too many. */
 static struct dph_light *add_light(struct settings *settings, char *why)
 {
@@ -412,6 +440,7 @@ static const struct option options[] = {
      AT(size_mm), 1e-9, 1e12, NULL, parse_real},
     /* the picture */
     {"method", 0, "NAME", "shsss", "how to shade", AT(method), 0, 0, method_name, parse_method},
+    {"methods", 0, "A,B,...", "all", "which methods", AT(methods), 0, 0, drawn_name, parse_methods},
     {"material", 0, "NAME", "wax; for thickness none",
      "a preset or a JSON file with coefficients in 1/mm", AT(material), 0, 0, NULL, parse_text},
     {"light", 0, "AZ,EL[,R,G,B]", "150,30 with pi each",
@@ -470,11 +499,17 @@ static const struct option options[] = {
     /* measuring */
     {"seconds", 0, "S", "1", "how long each measurement runs at least", AT(seconds), 0.01, 3600,
      NULL, parse_real},
+    {"lights", 0, "N,N,...", "1",
+     "bench draw: numbers of lights, to see how the cost grows, each 1 to 16", AT(lights), 0, 0,
+     NULL, parse_text},
+    {"repeat-mesh", 0, "N", "1", "bench draw: draw N copies, for fast GPUs", AT(repeat), 1, 4096,
+     NULL, parse_int},
     {"scale", 0, "N,N,...", NULL,
      "bake made-up closed meshes of about these many triangles and show time and memory", AT(size),
      12, 2e8, NULL, parse_sizes},
 };
 enum { NOPTION = sizeof options / sizeof options[0] };
+_Static_assert(NOPTION <= 128, "settings.given has a bit for each");
 
 static const char *const common[] = {"help",    "version", "quiet", "verbose",
                                      "threads", "json",    NULL};
@@ -518,6 +553,7 @@ void settings_init(struct settings *settings, const struct command *command)
         .max_flip = INFINITY,
         .min_psnr = -INFINITY,
         .seconds = 1.0,
+        .repeat = 1,
     };
 }
 
@@ -622,9 +658,20 @@ static bool parse_option(struct settings *settings, int argc, char **argv, int *
         }
         value = argv[++*i];
     }
-    if (option->parse(option, settings, value, why))
+    if (option->parse(option, settings, value, why)) {
+        settings->given[(option - options) / 64] |= UINT64_C(1) << ((option - options) % 64);
         return true;
+    }
     complain(settings, "--%s: %s", option->name, why);
+    return false;
+}
+
+bool is_given(const struct settings *settings, const char *name)
+{
+    for (int i = 0; i < NOPTION; i++)
+        if (strcmp(options[i].name, name) == 0 &&
+            settings->given[i / 64] >> (i % 64) & 1) /* rows may share a name */
+            return true;
     return false;
 }
 
