@@ -1,11 +1,11 @@
 /* bench draw: milliseconds a frame of every method, beside plain shading.
  *
- * The experiment is that of Tomaszewska and Stefanowski, figures 4 and 5: the candle with unshared
- * vertices, two cameras, a frame of 1280 x 800 and one of 5 x 5, which leaves the vertex stage alone.
- * Added are shared vertices with indices, every storage, and the ratio to plain shading. Variants
- * are measured in groups; lambert is in each group, and in each round of a group
- * (dph_renderer_measure), so ratios do not depend on when a group's turn is. Bands of one number are
- * in the same group in all types, and the rivals are together. */
+ * The experiment is that of Tomaszewska and Stefanowski, figures 4 and 5: the candle with
+ * unshared vertices, two cameras, a frame of 1280 x 800 and one of 5 x 5, which leaves the
+ * vertex stage alone. Added are shared vertices with indices, every storage, and the ratio to
+ * plain shading. Variants are measured in groups; lambert is in each group, and in each round of
+ * a group (dph_renderer_measure), so ratios do not depend on when a group's turn is. Bands of
+ * one number are in the same group in all types, and the rivals are together. */
 #include "bench_draw.h"
 
 #include <errno.h>
@@ -311,7 +311,8 @@ static int bench_one(struct settings *settings, const struct bench_run *run, con
     const char *slash = path ? strrchr(path, '/') : NULL;
     double start = seconds_now();
     *result = (struct bench_result){0};
-    snprintf(result->model, sizeof result->model, "%s", !path ? "candle" : slash ? slash + 1 : path);
+    snprintf(result->model, sizeof result->model, "%s",
+             !path ? "candle" : slash ? slash + 1 : path);
     if (!bench_model_init(&model, settings, path, methods, &code))
         return code;
     result->triangles = model.triangles;

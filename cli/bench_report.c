@@ -6,7 +6,8 @@
 void print_draw_tables(const struct bench_run *run, const struct bench_result *result)
 {
     char a[32], b[32], label[64];
-    printf("%s: %s triangles, %s vertices, %s of them different; %d sample%s a pixel, timed by %s\n",
+    printf("%s: %s triangles, %s vertices, %s of them different; %d sample%s a pixel, timed by "
+           "%s\n",
            result->model, with_commas(result->triangles, a), with_commas(result->vertices, b),
            with_commas(result->shared, label), run->samples, run->samples == 1 ? "" : "s",
            result->row[0].timing.gpu ? "the GPU's timer" : "glFinish and a clock");

@@ -1,9 +1,10 @@
 /* Sharing: vertices that are equal in every array become one.
  *
- * What a graphics card draws from an index buffer is shaded once a vertex instead of once a corner.
- * Unlike welding (weld.c), which asks for the point alone, normals and texture coordinates have to
- * be equal, too, so that the picture is the same. The table is one of open addressing with linear
- * probing, never more than half full (Knuth, The Art of Computer Programming 3, 6.4, algorithm L). */
+ * What a graphics card draws from an index buffer is shaded once a vertex instead of once a
+ * corner. Unlike welding (weld.c), which asks for the point alone, normals and texture
+ * coordinates have to be equal, too, so that the picture is the same. The table is one of open
+ * addressing with linear probing, never more than half full (Knuth, The Art of Computer
+ * Programming 3, 6.4, algorithm L). */
 #include <diaphan/mesh.h>
 
 #include "core/fail.h"
