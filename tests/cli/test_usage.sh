@@ -39,7 +39,7 @@ refuse 1 "--fov: 180 is out of range" render box.obj -o x.png --fov 180
 refuse 1 "--use-bands: 7 is out of range" render box.obj -o x.png --use-bands 7
 refuse 1 ".png or .exr" render box.obj -o x.jpg
 refuse 1 ".glb, .obj, .ply or .stl" candle -o candle.fbx
-refuse 1 "there is: bake" bench cook
+refuse 1 "there are: bake, draw" bench cook
 refuse 1 "--scale: wants" bench bake --scale 1000,x
 refuse 1 "too few arguments" info
 [ "$(ls)" = "$(printf 'box.obj\nstderr\nstdout')" ] || fail "something was written: $(ls)"
