@@ -1,6 +1,6 @@
 /* diaphan/diaphan.h - the whole of the core library: meshes, spherical harmonics, baking, files, shading constants.
  *
- * Pictures (image.h, metrics.h), rays (trace.h) and drawing (render.h) are libraries of their own and included apart. */
+ * Pictures (image.h, metrics.h), rays (trace.h, response_bake.h) and drawing (render.h) are libraries of their own and included apart. */
 #ifndef DIAPHAN_DIAPHAN_H
 #define DIAPHAN_DIAPHAN_H
 
