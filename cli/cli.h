@@ -23,7 +23,7 @@ enum {
     EXIT_TOLERANCE = 5,
 };
 
-enum { MAX_INPUTS = 256, MAX_SIZES = 16 };
+enum { MAX_INPUTS = 256, MAX_SIZES = 16, MAX_MATERIALS = 16 };
 
 /* Everything that options set, with their defaults from settings_init. */
 struct settings {
@@ -41,7 +41,9 @@ struct settings {
     unsigned products;           /* --for, of enum dph_product: what those methods need */
     double size_mm; /* 0: not given */
 
-    const char *material;             /* NULL: not given */
+    const char *material;             /* the last one; NULL: not given */
+    int nmaterial;
+    const char *materials[MAX_MATERIALS]; /* where several are taken */
     double specular, rim, ambient;    /* NaN: the material's */
     int formula;                      /* -1: the material's */
     const struct dph_method *method;
@@ -64,6 +66,7 @@ struct settings {
     int samples;
 
     double max_flip, min_psnr; /* compare; infinite: not given */
+    bool study;
 
     double seconds; /* bench: a measurement at least */
     int repeat;     /* bench draw: copies of the mesh */
@@ -205,5 +208,16 @@ bool load_environment(const struct settings *settings, struct dph_frame *frame, 
 /* reference.c */
 /* Traces the picture of --method reference. Returns an exit code. */
 int render_reference(const struct settings *settings, const struct dph_material *material);
+
+/* compare_methods.c: diaphan compare INPUT */
+struct dph_comparison;
+struct dph_judge_params;
+int compare_methods(const struct settings *settings);
+/* What the options say, but for methods, materials and lights. */
+void judge_params(const struct settings *settings, struct dph_judge_params *params);
+
+/* compare_json.c: the figures as one JSON object. */
+void emit_comparison(FILE *stream, const struct settings *settings,
+                     const struct dph_comparison *comparison);
 
 #endif

@@ -1,4 +1,5 @@
-/* diaphan compare: how far one picture is from another. */
+/* diaphan compare: how far one picture is from another, here, and every method from the truth, in
+ * compare_methods.c. */
 #include "cli.h"
 
 #include <diaphan/metrics.h>
@@ -6,7 +7,12 @@
 #include <math.h>
 #include <stdlib.h>
 
-static const char *const takes[] = {"output", "max-flip", "min-psnr", NULL};
+static const char *const takes[] = {
+    "output", "max-flip", "min-psnr",
+    /* of methods */
+    "methods", "material", "size-mm", "lights", "light-angle", "camera", "fov", "resolution",
+    "spp", "seed", "boundary", "study", "bands", "directions", "thickness", "fit", "store",
+    "clusters", "vectors", "map-size", "blur-mm", "samples", NULL};
 
 struct figures {
     double psnr, ssim, flip, rmse;
@@ -90,14 +96,12 @@ static bool usable(const struct settings *settings)
                  settings->input[0], settings->command->usage);
         return false;
     }
-    if (settings->ninput == 1) {
-        complain(settings,
-                 "%s: comparing the methods on a mesh is not there yet; two pictures can be "
-                 "compared, diaphan compare %s",
-                 settings->input[0], settings->command->usage);
+    if (settings->ninput == 1 && !settings->output) {
+        complain(settings, "-o FOLDER is missing; usage: diaphan compare %s",
+                 settings->command->usage);
         return false;
     }
-    if (settings->output && !has_ending(settings->output, ".png")) {
+    if (settings->ninput == 2 && settings->output && !has_ending(settings->output, ".png")) {
         complain(settings, "%s: the error map is a .png", settings->output);
         return false;
     }
@@ -113,6 +117,8 @@ static int run(struct settings *settings)
     float *map = NULL;
     if (!usable(settings))
         return EXIT_USAGE;
+    if (settings->ninput == 1)
+        return compare_methods(settings);
     if (settings->output && !output_possible(settings, settings->output))
         return EXIT_OUTPUT;
     if (!dph_image_load(&a, settings->input[0], &err) ||
@@ -149,17 +155,29 @@ error:
 
 const struct command command_compare = {
     .name = "compare",
-    .summary = "the distance between two pictures",
-    .usage = "A.png B.png [-o MAP.png]",
-    .examples = "  diaphan compare before.png after.png\n"
+    .summary = "all methods beside the truth, or the distance between two pictures",
+    .usage = "INPUT -o FOLDER [options] | A.png B.png [-o MAP.png]",
+    .examples = "  diaphan compare bunny.obj -o bunny --resolution 640x400 --spp 64\n"
+                "  diaphan compare head.obj -o head --material skin1 --material wax --size-mm 50\n"
+                "  diaphan compare lucy.ply -o lucy --methods shsss,green --lights back --study\n"
                 "  diaphan compare before.png after.png -o map.png --json\n"
                 "  diaphan compare expected.exr drawn.exr --max-flip 0.01\n",
-    .notes = "Prints PSNR in dB, SSIM, FLIP (at 67 pixels per degree) and RMSE of the whole "
-             "pictures, sRGB values in 0 to 1;\n"
-             "linear pictures (.exr, .hdr) are clipped and encoded first, alpha is ignored. -o "
-             "writes the map of FLIP, black\n"
-             "where nothing differs. The exit code is 5 where a figure is beyond --max-flip or "
-             "--min-psnr.\n",
+    .notes = "A mesh: draws it by every method, each material and light, traces the same pictures, "
+             "and scores the drawn ones\n"
+             "over the object's pixels, as each method draws and once more with its free numbers "
+             "fitted on twelve other lights.\n"
+             "rmse is RMS error / RMS truth of linear luminance without the reference's noise; "
+             "psnr, ssim and flip are of sRGB\n"
+             "pictures. FOLDER is made where it is missing and gets metrics.json. Ctrl-C while "
+             "the truth is traced keeps the\n"
+             "samples so far. Tolerances are for the rows that are not fitted. The mesh must be "
+             "closed.\n"
+             "Two pictures: PSNR in dB, SSIM, FLIP (at 67 pixels per degree) and RMSE of the whole "
+             "pictures, sRGB values in 0\n"
+             "to 1; linear pictures (.exr, .hdr) are clipped and encoded first, alpha is ignored. "
+             "-o writes the map of FLIP,\n"
+             "black where nothing differs. The exit code is 5 where a figure is beyond --max-flip "
+             "or --min-psnr.\n",
     .options = takes,
     .min_inputs = 1,
     .max_inputs = 2,

@@ -211,6 +211,19 @@ static bool parse_methods(const struct option *option, struct settings *settings
     return true;
 }
 
+static bool parse_material(const struct option *option, struct settings *settings,
+                           const char *value, char *why)
+{
+    if (!parse_text(option, settings, value, why))
+        return false;
+    if (settings->nmaterial < MAX_MATERIALS) {
+        settings->materials[settings->nmaterial++] = value;
+        return true;
+    }
+    snprintf(why, WHY, "more than %d materials", (int)MAX_MATERIALS);
+    return false;
+}
+
 /* The light that an option adds; NULL where there are too many. */
 static struct dph_light *add_light(struct settings *settings, char *why)
 {
@@ -442,7 +455,8 @@ static const struct option options[] = {
     {"method", 0, "NAME", "shsss", "how to shade", AT(method), 0, 0, method_name, parse_method},
     {"methods", 0, "A,B,...", "all", "which methods", AT(methods), 0, 0, drawn_name, parse_methods},
     {"material", 0, "NAME", "wax; for thickness none",
-     "a preset or a JSON file with coefficients in 1/mm", AT(material), 0, 0, NULL, parse_text},
+     "a preset or a JSON file with coefficients in 1/mm; compare takes several", AT(material), 0,
+     0, NULL, parse_material},
     {"light", 0, "AZ,EL[,R,G,B]", "150,30 with pi each",
      "a distant light: where it stands in degrees, y up, and its irradiance; repeatable", AT(light),
      0, 0, NULL, parse_light},
@@ -490,6 +504,13 @@ static const struct option options[] = {
      parse_real},
     {"min-psnr", 0, "X", NULL, "exit code 5 where PSNR is below X dB", AT(min_psnr), -1e6, 1e6,
      NULL, parse_real},
+    {"lights", 0, "LIST", "front,side,back; bench: 1",
+     "compare: which, at the camera's azimuth + 30, + 90, + 180 degrees, elevation 20; bench draw: "
+     "numbers of lights, each 1 to 16, to see how the cost grows", AT(lights), 0, 0, NULL,
+     parse_text},
+    {"study", 0, NULL, NULL,
+     "also shsss with each formula, curve, fit and number of bands, in metrics.json and the table",
+     AT(study), 0, 0, NULL, parse_flag},
     {"boundary", 0, "NAME", "matched",
      "reference: dielectric refracts, and points of the sky become discs of 5 degrees",
      AT(boundary), 0, 0, boundary_name, parse_choice},
@@ -499,9 +520,6 @@ static const struct option options[] = {
     /* measuring */
     {"seconds", 0, "S", "1", "how long each measurement runs at least", AT(seconds), 0.01, 3600,
      NULL, parse_real},
-    {"lights", 0, "N,N,...", "1",
-     "bench draw: numbers of lights, to see how the cost grows, each 1 to 16", AT(lights), 0, 0,
-     NULL, parse_text},
     {"repeat-mesh", 0, "N", "1", "bench draw: draw N copies, for fast GPUs", AT(repeat), 1, 4096,
      NULL, parse_int},
     {"scale", 0, "N,N,...", NULL,

@@ -1,5 +1,6 @@
-/* diaphan/judge.h - every method beside the path-traced truth, with figures.      Tier 4. Only where
- * pictures, drawing and the reference were built.
+/* diaphan/judge.h - every method beside the path-traced truth, with figures.      Tier 4.
+ *
+ * Only where pictures, drawing and the reference were built.
  *
  * A comparison draws one scene from one camera by every method, in some materials, under one light
  * at a time, traces the same pictures, and scores the drawn ones over the object's pixels. Free
@@ -27,8 +28,8 @@ struct dph_scores {
     double psnr;     /* dB, sRGB values in 0 to 1; INFINITY for equal pictures */
     double ssim;     /* -1 to 1, of sRGB luma; the outermost 5 pixels of the object are left out */
     double flip;     /* 0 to 1, mean LDR-FLIP at 67 pixels per degree */
-    double rmse;     /* RMS error / RMS truth of linear luminance, the reference's noise taken out of
-                      * both; 0 where the error is no larger than the noise; NAN where the truth is */
+    double rmse;     /* RMS error / RMS truth of linear luminance, the reference's noise taken out
+                      * of both; 0 where the error, NAN where the truth is below the noise        */
     double rmse_raw; /* the same with the noise left in */
 };
 
@@ -36,9 +37,10 @@ struct dph_scores {
  * the reference has one sample. */
 struct dph_noise {
     double psnr; /* dB: that between the two halves of the samples + 6.02 (see docs/theory.md) */
-    double ssim; /* between the halves: noisier than the reference by itself, so a bound from below */
+    double ssim; /* between the halves, noisier than the reference: a bound from below */
     double flip; /* between the halves: a bound from above */
     double rmse; /* RMS of the noise / RMS truth of linear luminance */
+    double variance; /* of linear luminance, mean over the object */
 };
 
 /* One light and its truth in one material. */
@@ -75,8 +77,8 @@ struct dph_entry {
     struct dph_material material; /* as drawn with: the fitted numbers are in it. `formula` and
                                    * `curve` mean something where `takes_thickness` */
     bool takes_thickness; /* is drawn by the formula of material.h */
-    double gain[3];    /* the picture times this, per channel; 1 where nothing was fitted or the fit is
-                        * in `material` */
+    double gain[3];    /* the picture times this, per channel; 1 where nothing was fitted or what
+                        * was is in `material` */
     double training_before, training_after; /* mean over the training lights of (RMS error / RMS
                         * truth), over channels and object; NAN where nothing was fitted */
     double bytes_per_vertex; /* as the vertex stage fetches them, beyond position and normal */
@@ -133,23 +135,23 @@ struct dph_judge_params {
     size_t nmethod;
     const struct dph_method *const *method;  /* (nmethod) none that draws a quantity */
     size_t nmaterial;
-    const struct dph_material *material;     /* (nmaterial) specular, rim and ambient are not used */
+    const struct dph_material *material;     /* (nmaterial) drawn without specular, rim, ambient */
     size_t nlight;                           /* 1 to DPH_JUDGE_LIGHTS; 3 */
     struct dph_judge_light light[DPH_JUDGE_LIGHTS]; /* front, side, back of the default camera */
     double light_angle;           /* half-angle of their discs in degrees; 0 */
-    enum dph_boundary boundary;   /* of the reference. Dielectric with light_angle 0 makes discs of 5
-                                   * degrees for all methods; matched */
+    enum dph_boundary boundary;   /* of the reference. Dielectric with light_angle 0 makes discs of
+                                   * 5 degrees for all methods; matched */
     struct dph_camera camera;     /* 0, 15, 3.5, 35 */
     int width, height;            /* 1280 x 800 */
     int samples;                  /* of the reference, a pixel; 256 */
     uint64_t seed;                /* 1 */
     double size_mm;               /* largest side of the scene, see dph_scene_millimetres; 0 */
     bool fit;                     /* also fitted entries; true */
-    bool study;                   /* also formula x curve x fit x bands of shsss, without pictures; false */
+    bool study;                   /* also formula x curve x fit x bands of shsss; false */
     int training_width, training_height; /* 160 x 100 */
     int training_samples;         /* 64 */
-    struct dph_scene_bake_params bake;  /* of thickness; size_mm, material, threads and progress are not
-                                         * read */
+    struct dph_scene_bake_params bake; /* of thickness; size_mm, material, threads and progress
+                                        * are not read */
     struct dph_rivals_params rivals;    /* likewise */
     int map_size;                 /* of green and green-gauss, as struct dph_frame; 1024 */
     double blur_mm;               /* -1 */
@@ -201,16 +203,16 @@ bool dph_judge_fit(struct dph_scene *scene, const struct dph_judge_params *param
                    struct dph_material *fitted, double *before, double *after,
                    struct dph_error *err);
 
-/* The scores of a picture beside a reference with the variance of its pixels (height x width x 3;
- * Nullable: none) over `mask` (height x width). `map` (height x width; Nullable) receives FLIP.
- * False: as the measures of metrics.h. */
-bool dph_scores_measure(const struct dph_image *reference, const float *variance,
+/* The scores of a picture beside a reference over `mask` (height x width). `noise`: that of the
+ * reference (Nullable: none). `map` (height x width; Nullable) receives FLIP. False: as the
+ * measures of metrics.h. */
+bool dph_scores_measure(const struct dph_image *reference, const struct dph_noise *noise,
                         const struct dph_image *image, const uint8_t *mask, int threads,
                         struct dph_scores *scores, float *map, struct dph_error *err);
 
-/* The noise of a reference from its mean, the mean `half` (height x width x 3) of one half of its
- * samples, and the variance of the mean. */
-bool dph_noise_measure(const struct dph_image *reference, const float *half, const float *variance,
+/* The noise of a reference, whose picture is the mean of all samples, from `half` (height x width x
+ * 3), the mean of a part of them: `share` of their number, between 0 and 1, else all is NAN. */
+bool dph_noise_measure(const struct dph_image *reference, const float *half, double share,
                        const uint8_t *mask, int threads, struct dph_noise *noise,
                        struct dph_error *err);
 

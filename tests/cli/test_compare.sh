@@ -59,7 +59,7 @@ refuse 2 "cut.png" compare cut.png half.hdr
 refuse 1 "too few arguments" compare
 refuse 1 "what is 'dark.hdr' for" compare half.hdr half.hdr dark.hdr
 refuse 1 "beside which other picture" compare half.hdr
-refuse 1 "not there yet" compare box.obj -o folder
+refuse 1 "-o FOLDER is missing" compare box.obj
 refuse 1 "the error map is a .png" compare half.hdr dark.hdr -o map.jpg
 refuse 1 "--max-flip: 2 is out of range" compare half.hdr dark.hdr --max-flip 2
 refuse 1 "--min-psnr: 'x' is no number" compare half.hdr dark.hdr --min-psnr x

@@ -1,0 +1,322 @@
+/* diaphan compare INPUT: all methods beside the path-traced truth. Ctrl-C during the tracing keeps
+ * the samples so far and goes on with them. */
+#define _POSIX_C_SOURCE 200809L
+#include "cli.h"
+
+#include <diaphan/file.h>
+#include <diaphan/judge.h>
+
+#include <errno.h>
+#include <math.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static volatile sig_atomic_t interrupted;
+
+static void interrupt(int number)
+{
+    (void)number;
+    interrupted = 1;
+}
+
+/* The bar of the phase that is under way. */
+struct watch {
+    const struct settings *settings;
+    struct progress progress;
+    enum dph_judge_phase phase;
+    const char *material;
+    char label[96];
+    bool begun;
+};
+
+static bool step(void *user, enum dph_judge_phase phase, const char *material, double fraction)
+{
+    struct watch *watch = user;
+    if (!watch->begun || watch->phase != phase || watch->material != material) {
+        if (watch->begun)
+            progress_end(&watch->progress);
+        snprintf(watch->label, sizeof watch->label, "%s %.60s", dph_judge_phase_name(phase),
+                 material);
+        watch->begun = true;
+        watch->phase = phase;
+        watch->material = material;
+        progress_begin(&watch->progress, watch->settings, watch->label);
+    }
+    progress_step(&watch->progress, fraction);
+    bool stop = interrupted;
+    interrupted = 0;
+    return !stop;
+}
+
+/* Makes the folder where there is none. */
+static bool make_folder(const struct settings *settings)
+{
+    struct stat info;
+    if (mkdir(settings->output, 0777) && errno != EEXIST) {
+        complain(settings, "%s: %s", settings->output, strerror(errno));
+        return false;
+    }
+    if (stat(settings->output, &info) || !S_ISDIR(info.st_mode)) {
+        complain(settings, "%s: is no folder", settings->output);
+        return false;
+    }
+    if (access(settings->output, W_OK | X_OK)) {
+        complain(settings, "%s: %s", settings->output, strerror(errno));
+        return false;
+    }
+    return true;
+}
+
+/* --lights, by the camera. */
+static bool choose_lights(const struct settings *settings, struct dph_judge_params *params)
+{
+    const char *at = settings->lights ? settings->lights : "front,side,back";
+    params->nlight = 0;
+    for (;; at++) {
+        char name[16], list[64] = "";
+        size_t length = strcspn(at, ","), used = 0;
+        snprintf(name, sizeof name, "%.*s", (int)(length < 15 ? length : 15), at);
+        struct dph_judge_light light;
+        if (!dph_judge_light_find(name, &settings->camera, &light)) {
+            for (size_t i = 0; dph_judge_light_name(i) && used < sizeof list; i++)
+                used += (size_t)snprintf(list + used, sizeof list - used, "%s%s", i ? ", " : "",
+                                         dph_judge_light_name(i));
+            complain(settings, "--lights: '%s' is none of %s", name, list);
+            return false;
+        }
+        for (size_t i = 0; i < params->nlight; i++)
+            if (!strcmp(params->light[i].name, light.name)) {
+                complain(settings, "--lights: %s stands there twice", name);
+                return false;
+            }
+        params->light[params->nlight++] = light;
+        at += length;
+        if (!*at)
+            return true;
+    }
+}
+
+/* The methods that are compared: those that draw light. */
+static size_t choose_methods(const struct settings *settings, const struct dph_method **method,
+                             size_t room)
+{
+    const struct dph_method *each;
+    size_t count = 0;
+    for (size_t i = 0; (each = dph_method_at(i)); i++)
+        if (count < room && (settings->methods ? settings->methods >> i & 1U : !each->quantity))
+            method[count++] = each;
+    return count;
+}
+
+static bool choose_materials(const struct settings *settings, struct dph_material *material,
+                             size_t *count, int *code)
+{
+    struct settings one = *settings;
+    *count = 0;
+    for (int i = 0; i < settings->nmaterial || i == 0; i++) {
+        one.material = settings->nmaterial ? settings->materials[i] : NULL;
+        if (!load_material(&one, "wax", &material[*count], code))
+            return false;
+        ++*count;
+    }
+    return true;
+}
+
+void judge_params(const struct settings *settings, struct dph_judge_params *params)
+{
+    *params = dph_judge_defaults();
+    params->light_angle = settings->light_angle;
+    params->boundary = (enum dph_boundary)settings->boundary;
+    params->camera = settings->camera;
+    params->width = settings->width;
+    params->height = settings->height;
+    params->samples = settings->spp;
+    params->seed = (uint64_t)settings->seed;
+    params->size_mm = settings->size_mm;
+    params->study = settings->study;
+    params->bake.bake = settings->bake;
+    params->bake.store = settings->store;
+    params->bake.cpca.clusters = settings->cpca.clusters;
+    params->bake.cpca.vectors = settings->cpca.vectors;
+    params->rivals.bands =
+        settings->bake.bands < DPH_DRAW_BANDS ? settings->bake.bands : DPH_DRAW_BANDS;
+    params->rivals.directions = settings->bake.directions;
+    params->rivals.clusters = settings->cpca.clusters;
+    params->rivals.vectors = settings->cpca.vectors;
+    params->map_size = settings->map_size;
+    params->blur_mm = settings->blur_mm;
+    params->multisamples = settings->samples;
+    params->threads = settings->threads;
+}
+
+static const char *entry_name(const struct dph_entry *entry, char text[80])
+{
+    snprintf(text, 80, "%s%s%s%s", entry->method->name, *entry->variant ? ", " : "",
+             entry->variant, entry->fitted ? ", fitted" : "");
+    return text;
+}
+
+/* One light of one material. */
+static void print_light(const struct dph_judged *judged, const char *light, size_t number)
+{
+    const struct dph_noise *noise = &judged->truth[number].noise;
+    char name[80];
+    printf("\n%-46s %7s %7s %7s %8s\n", light, "rmse", "flip", "ssim", "psnr");
+    for (size_t i = 0; i < judged->nentry; i++) {
+        const struct dph_entry *entry = &judged->entry[i];
+        const struct dph_shot *shot = &entry->shot[number];
+        printf("  %-44s %7.4f %7.4f %7.4f %8.2f%s\n", entry_name(entry, name), shot->scores.rmse,
+               shot->scores.flip, shot->scores.ssim, shot->scores.psnr, shot->noisy ? " ~" : "");
+    }
+    printf("  %-44s %7.4f %7.4f %7.4f %8.2f\n", "noise of the reference", noise->rmse,
+           noise->flip, noise->ssim, noise->psnr);
+}
+
+static void print(const struct settings *settings, const struct dph_comparison *comparison)
+{
+    char name[80];
+    bool noisy = false;
+    for (size_t m = 0; m < comparison->nmaterial; m++) {
+        const struct dph_judged *judged = &comparison->material[m];
+        printf("%s%s in %s, %g mm: %d samples a pixel, %.1f s\n", m ? "\n" : "",
+               settings->input[0], judged->material.name, comparison->size_mm, judged->samples,
+               judged->seconds);
+        for (size_t l = 0; l < comparison->nlight; l++)
+            print_light(judged, comparison->light[l].name, l);
+        printf("\n%-46s %7s %7s %7s %8s\n", "cost", "bytes", "passes", "bake s", "ms");
+        for (size_t i = 0; i < judged->nentry; i++) {
+            const struct dph_entry *entry = &judged->entry[i];
+            for (size_t l = 0; l < comparison->nlight; l++)
+                noisy = noisy || entry->shot[l].noisy;
+            if (!entry->fitted && entry->shown)
+                printf("  %-44s %7g %7d %7.2f %8.3f\n", entry_name(entry, name),
+                       entry->bytes_per_vertex, entry->passes, entry->seconds,
+                       entry->milliseconds);
+        }
+    }
+    if (noisy)
+        printf("\n~ the noise of the reference matters here: see \"warning\" in metrics.json\n");
+}
+
+static bool save_metrics(const struct settings *settings, const struct dph_comparison *comparison,
+                         int *code)
+{
+    struct dph_error err;
+    char path[4096], *text = NULL;
+    size_t length = 0;
+    FILE *stream = open_memstream(&text, &length);
+    if (stream)
+        emit_comparison(stream, settings, comparison);
+    if (!stream || fclose(stream)) {
+        complain(settings, "out of memory");
+        *code = EXIT_INPUT;
+        free(text);
+        return false;
+    }
+    snprintf(path, sizeof path, "%s/metrics.json", settings->output);
+    bool ok = dph_file_save(path, text, length, &err);
+    if (!ok)
+        *code = report_error(settings, &err);
+    else if (settings->json)
+        fwrite(text, 1, length, stdout);
+    free(text);
+    return ok;
+}
+
+/* Of the rows that are not fitted, as render draws them; complains about the worst. */
+static int tolerate(const struct settings *settings, const struct dph_comparison *comparison)
+{
+    double flip = settings->max_flip, psnr = settings->min_psnr;
+    char flip_name[160] = "", psnr_name[160] = "", name[80];
+    for (size_t m = 0; m < comparison->nmaterial; m++)
+        for (size_t i = 0; i < comparison->material[m].nentry; i++) {
+            const struct dph_entry *entry = &comparison->material[m].entry[i];
+            for (size_t l = 0; l < comparison->nlight && entry->shown && !entry->fitted; l++) {
+                const struct dph_scores *scores = &entry->shot[l].scores;
+                const char *material = comparison->material[m].material.name;
+                if (scores->flip > flip) {
+                    flip = scores->flip;
+                    snprintf(flip_name, sizeof flip_name, "%s in %s, %s", entry_name(entry, name),
+                             material, comparison->light[l].name);
+                }
+                if (scores->psnr < psnr) {
+                    psnr = scores->psnr;
+                    snprintf(psnr_name, sizeof psnr_name, "%s in %s, %s", entry_name(entry, name),
+                             material, comparison->light[l].name);
+                }
+            }
+        }
+    if (*flip_name)
+        complain(settings, "%s: FLIP %.6g is above %g", flip_name, flip, settings->max_flip);
+    else if (*psnr_name)
+        complain(settings, "%s: PSNR %.6g dB is below %g", psnr_name, psnr, settings->min_psnr);
+    return *flip_name || *psnr_name ? EXIT_TOLERANCE : EXIT_DONE;
+}
+
+static struct dph_comparison *watched(const struct settings *settings, struct dph_scene *scene,
+                                      struct dph_judge_params *params, const char *renderer,
+                                      struct dph_error *err)
+{
+    struct watch watch = {.settings = settings};
+    params->progress = step;
+    params->progress_user = &watch;
+    interrupted = 0;
+    void (*before)(int) = signal(SIGINT, interrupt);
+    struct dph_comparison *comparison = dph_comparison_create(scene, params, renderer, err);
+    if (watch.begun)
+        progress_end(&watch.progress);
+    if (before != SIG_ERR)
+        signal(SIGINT, before);
+    return comparison;
+}
+
+int compare_methods(const struct settings *settings)
+{
+    int code = EXIT_DONE;
+    struct dph_error err;
+    struct dph_material material[MAX_MATERIALS];
+    const struct dph_method *method[32];
+    struct dph_judge_params params;
+    struct dph_scene *scene = NULL;
+    struct dph_gl *gl = NULL;
+    struct dph_comparison *comparison = NULL;
+
+    judge_params(settings, &params);
+    params.method = method;
+    params.nmethod = choose_methods(settings, method, 32);
+    params.material = material;
+    if (!choose_lights(settings, &params))
+        return EXIT_USAGE;
+    if (!choose_materials(settings, material, &params.nmaterial, &code))
+        return code;
+    if (!make_folder(settings))
+        return EXIT_OUTPUT;
+    if (!(scene = load_scene(settings, settings->input[0], &code)))
+        return code;
+    if (!(gl = dph_gl_create_headless(&err)))
+        goto error;
+    size_t warnings = scene->nwarning;
+    comparison = watched(settings, scene, &params, dph_gl_name(gl), &err);
+    report_warnings(settings, scene, warnings);
+    if (!comparison)
+        goto error;
+    for (size_t i = 0; i < comparison->nwarning; i++)
+        warn(settings, "%s", comparison->warning[i]);
+    if (!save_metrics(settings, comparison, &code))
+        goto done;
+    if (!settings->json && !settings->quiet)
+        print(settings, comparison);
+    code = tolerate(settings, comparison);
+    goto done;
+
+error:
+    code = report_error(settings, &err);
+done:
+    dph_comparison_destroy(comparison);
+    dph_gl_destroy(gl);
+    dph_scene_destroy(scene);
+    return code;
+}

@@ -1,0 +1,136 @@
+/* judge/protocol.h - the steps of a comparison, each a file of its own.      Tier 4, private.
+ *
+ * compare.c calls the others: variants.c bakes, truth.c traces, fit.c fits with solve.c, shots.c
+ * draws and score.c scores. */
+#ifndef DPH_JUDGE_PROTOCOL_H
+#define DPH_JUDGE_PROTOCOL_H
+
+#include <diaphan/judge.h>
+
+#define DPH_TRAINING_LIGHTS 12
+
+/* Passes a phase's progress on to the caller of the comparison. */
+struct dph_judge_step {
+    dph_judge_progress *progress; /* Nullable */
+    void *user;
+    enum dph_judge_phase phase;
+    const char *material;
+};
+bool dph_judge_step(void *step, double fraction); /* a dph_progress */
+/* False: cancelled, and *err says so. */
+bool dph_judge_step_checked(struct dph_judge_step *step, double fraction, struct dph_error *err);
+
+/* truth.c */
+
+/* The lights that the free numbers are fitted on, in the world, each with irradiance pi. */
+void dph_training_lights(const struct dph_camera *camera, double angle,
+                         struct dph_light light[DPH_TRAINING_LIGHTS]);
+/* A scored light, likewise. */
+struct dph_light dph_judge_light_make(const struct dph_judge_light *light, double angle);
+/* The half-angle of the lights' discs for all methods. */
+double dph_judge_angle(const struct dph_judge_params *params);
+/* A material without highlight, rim and ambient light. */
+struct dph_material dph_judge_bare(const struct dph_material *material);
+
+/* The truth under every scored light: fills judged->truth (allocated, nlight zeros) and what else
+ * is known of the reference. */
+bool dph_truth_trace(const struct dph_scene *scene, const struct dph_judge_params *params,
+                     double mm_per_unit, struct dph_judged *judged, struct dph_error *err);
+void dph_truth_finish(struct dph_truth *truth);
+
+/* What a fit needs: small pictures of the truth under the training lights. Owns its arrays. */
+struct dph_training {
+    int nlight, width, height;
+    struct dph_light light[DPH_TRAINING_LIGHTS];
+    struct dph_image image[DPH_TRAINING_LIGHTS];
+    uint8_t *mask;
+    double weight[DPH_TRAINING_LIGHTS][3]; /* 1 / sum of squares over the object; 0: black      */
+    double noise[DPH_TRAINING_LIGHTS];     /* mean variance of luminance over the object        */
+    size_t pixels;
+    double seconds;
+};
+bool dph_training_trace(const struct dph_scene *scene, const struct dph_judge_params *params,
+                        double mm_per_unit, const struct dph_material *material,
+                        struct dph_training *training, struct dph_error *err);
+void dph_training_finish(struct dph_training *training);
+
+/* score.c */
+
+static inline double dph_luminance(const float *rgb)
+{
+    return 0.2126 * (double)rgb[0] + 0.7152 * (double)rgb[1] + 0.0722 * (double)rgb[2];
+}
+/* RMS error / RMS truth of luminance over a mask; `variance`, the mean over it, is taken out of
+ * both. */
+double dph_relative_error(const struct dph_image *reference, const struct dph_image *image,
+                          const uint8_t *mask, double variance);
+
+/* solve.c */
+
+/* The x >= 0 that makes x'Gx - 2 h'x least. `matrix` (n x n) is symmetric, n is 1 to 3. Returns
+ * that least value. */
+double dph_solve_nonnegative(int n, const double *matrix, const double *right, double *x);
+
+/* fit.c */
+
+/* A method ready to be fitted: its renderer, a frame of the training's size with its material, and
+ * the truth. */
+struct dph_fitting {
+    struct dph_renderer *renderer;
+    struct dph_frame frame;
+    const struct dph_training *training;
+    double size_mm;
+    struct dph_judge_step *step; /* Nullable */
+};
+/* Base, front and back, and sigma if the material's curve is the exponential one. `material` is the
+ * frame's with these numbers. */
+bool dph_fit_thickness(struct dph_fitting *fitting, struct dph_material *material,
+                       struct dph_error *err);
+/* One factor a channel. */
+bool dph_fit_gain(struct dph_fitting *fitting, double gain[3], struct dph_error *err);
+/* The error that training_before and training_after of an entry mean, of pictures times `gain`. */
+bool dph_fit_error(struct dph_fitting *fitting, const struct dph_material *material,
+                   const double gain[3], double *error, struct dph_error *err);
+
+/* variants.c */
+
+/* Thickness of all bodies, baked in one way. Owns it. */
+struct dph_variant_bake {
+    size_t nbody;
+    struct dph_thickness **thickness; /* (nbody) */
+    double seconds;
+};
+bool dph_variant_bake(struct dph_variant_bake *variant, struct dph_scene *scene,
+                      const struct dph_judge_params *params, const struct dph_material *material,
+                      enum dph_fit fit, int bands, struct dph_judge_step *step,
+                      struct dph_error *err);
+/* Exchanges it with what the scene has; twice is as before. */
+void dph_variant_swap(struct dph_variant_bake *variant, struct dph_scene *scene);
+void dph_variant_finish(struct dph_variant_bake *variant);
+/* Whether every body with vertices has thickness. */
+bool dph_scene_is_baked(const struct dph_scene *scene);
+/* Bakes what methods need besides thickness for a material, where the scene does not have it. */
+bool dph_variant_rivals(struct dph_scene *scene, const struct dph_judge_params *params,
+                        const struct dph_material *material, double mm_per_unit,
+                        struct dph_rivals_report *report, struct dph_judge_step *step,
+                        struct dph_error *err);
+/* Bytes a vertex without padding of what a method stores; the mean over the vertices. */
+double dph_variant_payload(const struct dph_scene *scene, const struct dph_method *method);
+
+/* shots.c */
+
+/* A frame of the comparison for an entry; one light is set by the caller. */
+struct dph_frame dph_judge_frame(const struct dph_judge_params *params, double mm_per_unit,
+                                 const struct dph_entry *entry);
+/* Draws and scores an entry under every light. `entry->shot` is filled. */
+bool dph_shots_draw(struct dph_renderer *renderer, const struct dph_judge_params *params,
+                    double mm_per_unit, const struct dph_judged *judged, struct dph_entry *entry,
+                    int bands, struct dph_error *err);
+void dph_shot_finish(struct dph_shot *shot);
+/* Median milliseconds of a frame. */
+bool dph_shots_time(struct dph_renderer *renderer, const struct dph_judge_params *params,
+                    double mm_per_unit, struct dph_entry *entry, int bands, struct dph_error *err);
+/* Attaches warnings to the shots of a material whose figures drown in noise. */
+void dph_shots_warn(struct dph_judged *judged, size_t nlight);
+
+#endif
