@@ -73,11 +73,11 @@ static void walk_slab(const struct dph_volume *volume, double d, double eta, dou
                 z += s * to[2];
                 dph_walk_scatter(&walk, volume, s);
                 dph_phase_sample(&random, volume->anisotropy, to);
-                if (!dph_walk_survive(&walk, &random))
+                if (!dph_walk_survive(&walk, volume, &random))
                     end = 0;
                 assert_true(walk.scatterings < DPH_MAX_SCATTERINGS);
             } else {
-                dph_walk_pass(&walk, volume, wall);
+                dph_walk_pass(&walk, wall);
                 bool top = to[2] < 0;
                 z = top ? 0 : d;
                 if (eta <= 1 || dph_boundary_sample(&random, 1 / eta, top ? down : up, to))
@@ -85,7 +85,7 @@ static void walk_slab(const struct dph_volume *volume, double d, double eta, dou
             }
         }
         if (walk.scatterings || end == 2)
-            dph_walk_weight(&walk, weight);
+            dph_walk_weight(&walk, volume, weight);
         for (int c = 0; c < 3; c++) {
             add(&above[c], end == 1 ? weight[c] : 0);
             add(&below[c], end == 2 ? weight[c] : 0);

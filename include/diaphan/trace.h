@@ -46,7 +46,7 @@ struct dph_hit {
     double normal[3]; /* of the triangle, unit length, outward                                     */
 };
 
-/* The next two take any origin and a unit direction, in the space and unit of the positions. Every
+/* The next four take any origin and a unit direction, in the space and unit of the positions. Every
  * thread that calls them brackets its calls with these: they turn on flush-to-zero and give the
  * state back. */
 unsigned int dph_rays_enter(void);
@@ -56,6 +56,10 @@ void dph_rays_leave(unsigned int before);
  * origin's own triangle counts, so a caller starts beside the surface by dph_rays_margin. */
 bool dph_rays_nearest(const struct dph_rays *rays, const double origin[3],
                       const double direction[3], double limit, struct dph_hit *hit);
+
+/* Whether there is any hit at a distance from 0 to `limit`. */
+bool dph_rays_blocked(const struct dph_rays *rays, const double origin[3],
+                      const double direction[3], double limit);
 
 /* How far from a surface, in the unit of the positions, a point must be so that rounding leaves it
  * on its side: a millionth of the mesh's size. */

@@ -11,7 +11,8 @@
  *
  *     w_c = carried_c * p_c / ((p_0 + p_1 + p_2) / 3),
  *
- * never above three times `carried`, however long the path grows. Only the quotient is kept.
+ * never above three times `carried`, however long the path grows. The densities follow from the
+ * length flown and the number of scatterings, so that they are computed only when light is met.
  *
  * Directions follow Henyey and Greenstein (1941), in the form that has no difference of nearly
  * equal numbers at g near 0; the cosine is between the directions of flight, so its mean is g. */
@@ -21,25 +22,11 @@
 
 #define PI 3.14159265358979323846
 
-/* Steele, Lea and Flood's SplitMix64 (2014): a counter and a bijective mixer. */
-static uint64_t mix(uint64_t z)
-{
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
-    return z ^ z >> 31;
-}
-
 struct dph_random dph_random_seed(uint64_t seed, uint64_t pixel, uint64_t sample)
 {
-    uint64_t state = mix(seed + 0x9e3779b97f4a7c15u);
-    state = mix(state ^ mix(pixel + 0x6a09e667f3bcc909u));
-    return (struct dph_random){mix(state ^ mix(sample + 0xbb67ae8584caa73bu))};
-}
-
-double dph_random_next(struct dph_random *random)
-{
-    random->state += 0x9e3779b97f4a7c15u;
-    return (double)(mix(random->state) >> 11) * 0x1p-53;
+    uint64_t state = dph_random_mix(seed + 0x9e3779b97f4a7c15u);
+    state = dph_random_mix(state ^ dph_random_mix(pixel + 0x6a09e667f3bcc909u));
+    return (struct dph_random){dph_random_mix(state ^ dph_random_mix(sample + 0xbb67ae8584caa73bu))};
 }
 
 void dph_volume_init(struct dph_volume *volume, const double scattering[3],
@@ -50,6 +37,8 @@ void dph_volume_init(struct dph_volume *volume, const double scattering[3],
     for (int c = 0; c < 3; c++) {
         double extinction = scattering[c] + absorption[c];
         volume->extinction[c] = extinction;
+        volume->path[c] = extinction > 0 ? 1 / extinction : 0;
+        volume->denser[c] = log(extinction);
         volume->albedo[c] = extinction > 0 ? scattering[c] / extinction : 0;
         volume->thinnest = fmin(volume->thinnest, extinction);
     }
@@ -80,6 +69,19 @@ static void deflect(struct dph_random *random, double cosine, double direction[3
 
 void dph_phase_sample(struct dph_random *random, double g, double direction[3])
 {
+    if (g == 0) { /* Marsaglia 1972: a point in the unit disc, lifted to the sphere */
+        double x, y, square;
+        do {
+            x = 2 * dph_random_next(random) - 1;
+            y = 2 * dph_random_next(random) - 1;
+            square = x * x + y * y;
+        } while (square >= 1);
+        double side = 2 * sqrt(1 - square);
+        direction[0] = x * side;
+        direction[1] = y * side;
+        direction[2] = 1 - 2 * square;
+        return;
+    }
     /* (1 + g^2 - q^2) / (2 g) with q = (1 - g^2) / (1 + g t), multiplied out; t from -1 to 1 */
     double t = 2 * dph_random_next(random) - 1, d = 1 + g * t;
     double cosine =
@@ -133,53 +135,29 @@ void dph_walk_begin(struct dph_walk *walk, struct dph_random *random)
                               .carried = {1, 1, 1}};
 }
 
-double dph_walk_flight(const struct dph_walk *walk, const struct dph_volume *volume,
-                       struct dph_random *random)
+void dph_walk_weight(const struct dph_walk *walk, const struct dph_volume *volume,
+                     double weight[3])
 {
-    double extinction = volume->extinction[walk->hero], u = dph_random_next(random);
-    return extinction > 0 ? -log1p(-u) / extinction : INFINITY;
-}
-
-/* Densities over their mean. Extinctions are taken from the hero's, so that the hero's own factor
- * is 1 and a long flight cannot make all of them vanish. */
-static void weigh(struct dph_walk *walk, const struct dph_volume *volume, double length,
-                  bool scattered)
-{
-    double hero = volume->extinction[walk->hero], sum = 0;
+    double density[3], largest = -INFINITY, sum = 0;
     for (int c = 0; c < 3; c++) {
-        double extinction = volume->extinction[c];
-        if (extinction != hero)
-            walk->share[c] *= exp(fmin((hero - extinction) * length, 600)) *
-                              (scattered ? extinction / hero : 1);
-        sum += walk->share[c];
+        density[c] = -volume->extinction[c] * walk->length;
+        if (walk->scatterings)
+            density[c] += walk->scatterings * volume->denser[c];
+        largest = fmax(largest, density[c]);
+    }
+    for (int c = 0; c < 3; c++) {
+        density[c] = walk->share[c] * exp(density[c] - largest);
+        sum += density[c];
     }
     for (int c = 0; c < 3; c++)
-        walk->share[c] *= 3 / sum;
+        weight[c] = walk->carried[c] * density[c] * 3 / sum;
 }
 
-void dph_walk_scatter(struct dph_walk *walk, const struct dph_volume *volume, double length)
-{
-    weigh(walk, volume, length, true);
-    for (int c = 0; c < 3; c++)
-        walk->carried[c] *= volume->albedo[c];
-    walk->scatterings++;
-}
-
-void dph_walk_pass(struct dph_walk *walk, const struct dph_volume *volume, double length)
-{
-    weigh(walk, volume, length, false);
-}
-
-void dph_walk_weight(const struct dph_walk *walk, double weight[3])
-{
-    for (int c = 0; c < 3; c++)
-        weight[c] = walk->carried[c] * walk->share[c];
-}
-
-bool dph_walk_survive(struct dph_walk *walk, struct dph_random *random)
+bool dph_walk_roulette(struct dph_walk *walk, const struct dph_volume *volume,
+                       struct dph_random *random)
 {
     double weight[3];
-    dph_walk_weight(walk, weight);
+    dph_walk_weight(walk, volume, weight);
     double largest = fmax(weight[0], fmax(weight[1], weight[2]));
     if (largest >= .05)
         return true;

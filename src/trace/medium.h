@@ -2,6 +2,7 @@
 #ifndef DPH_TRACE_MEDIUM_H
 #define DPH_TRACE_MEDIUM_H
 
+#include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -13,12 +14,26 @@ struct dph_random {
 /* The numbers of one sample of one pixel. */
 struct dph_random dph_random_seed(uint64_t seed, uint64_t pixel, uint64_t sample);
 
+/* Steele, Lea and Flood's SplitMix64 (2014): a counter and a bijective mixer. */
+static inline uint64_t dph_random_mix(uint64_t z)
+{
+    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
+    return z ^ z >> 31;
+}
+
 /* Evenly in [0, 1). */
-double dph_random_next(struct dph_random *random);
+static inline double dph_random_next(struct dph_random *random)
+{
+    random->state += 0x9e3779b97f4a7c15u;
+    return (double)(dph_random_mix(random->state) >> 11) * 0x1p-53;
+}
 
 /* A homogeneous medium. Lengths are in whatever unit the coefficients are per. */
 struct dph_volume {
     double extinction[3]; /* scattering + absorption, by channel                                   */
+    double path[3];       /* 1 / extinction, 0 where that is 0                                     */
+    double denser[3];     /* log of the extinction                                                 */
     double albedo[3];     /* scattering / extinction, 0 where both are 0                           */
     double anisotropy;    /* g of Henyey-Greenstein, -1 < g < 1                                    */
     double thinnest;      /* the least extinction                                                  */
@@ -48,12 +63,14 @@ double dph_fresnel(double cosine, double eta, double *refracted);
 bool dph_boundary_sample(struct dph_random *random, double eta, const double normal[3],
                          double direction[3]);
 
-/* A path inside a medium: the weights of its three channels. */
+/* A path inside a medium: what the weights of its three channels follow from. */
 struct dph_walk {
     int hero;          /* the channel that distances are drawn for                                 */
-    double share[3];   /* probability densities of the path by channel, over their mean           */
-    double carried[3]; /* products of albedos and of roulettes                                     */
     int scatterings;
+    double length;     /* flown                                                                    */
+    double share[3];   /* what the path's probability densities by channel have beyond those of its
+                        * flights; 1                                                               */
+    double carried[3]; /* products of albedos and of roulettes                                     */
 };
 
 /* Where a walk gives up, so that nothing runs forever. Such walks are counted, see reference.h. */
@@ -62,17 +79,40 @@ struct dph_walk {
 void dph_walk_begin(struct dph_walk *walk, struct dph_random *random);
 
 /* The length of the next flight. INFINITY where the medium is clear. */
-double dph_walk_flight(const struct dph_walk *walk, const struct dph_volume *volume,
-                       struct dph_random *random);
+static inline double dph_walk_flight(const struct dph_walk *walk, const struct dph_volume *volume,
+                                     struct dph_random *random)
+{
+    double depth = -log(1 - dph_random_next(random));
+    return volume->extinction[walk->hero] > 0 ? depth * volume->path[walk->hero] : INFINITY;
+}
 
 /* The walk flew a length and was scattered there, or came to the boundary. */
-void dph_walk_scatter(struct dph_walk *walk, const struct dph_volume *volume, double length);
-void dph_walk_pass(struct dph_walk *walk, const struct dph_volume *volume, double length);
+static inline void dph_walk_scatter(struct dph_walk *walk, const struct dph_volume *volume,
+                                    double length)
+{
+    walk->length += length;
+    walk->scatterings++;
+    for (int c = 0; c < 3; c++)
+        walk->carried[c] *= volume->albedo[c];
+}
+
+static inline void dph_walk_pass(struct dph_walk *walk, double length)
+{
+    walk->length += length;
+}
 
 /* What light that meets the walk now counts, by channel. */
-void dph_walk_weight(const struct dph_walk *walk, double weight[3]);
+void dph_walk_weight(const struct dph_walk *walk, const struct dph_volume *volume,
+                     double weight[3]);
 
-/* Russian roulette: false ends a walk of little weight; one that goes on weighs more. */
-bool dph_walk_survive(struct dph_walk *walk, struct dph_random *random);
+/* Russian roulette: false ends a walk of little weight; one that goes on weighs more. It is played
+ * at every eighth scattering only, since weights take time. */
+bool dph_walk_roulette(struct dph_walk *walk, const struct dph_volume *volume,
+                       struct dph_random *random);
+static inline bool dph_walk_survive(struct dph_walk *walk, const struct dph_volume *volume,
+                                    struct dph_random *random)
+{
+    return walk->scatterings % 8 || dph_walk_roulette(walk, volume, random);
+}
 
 #endif

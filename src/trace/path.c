@@ -59,64 +59,79 @@ static void add_sky(const struct dph_stage *stage, const double direction[3],
             add_weighted(radiance + 3 * stage->sun[i].picture, weight, stage->sun[i].radiance);
 }
 
-/* Light of all suns at a scattering point. */
-static enum dph_ending add_suns(const struct dph_stage *stage, const struct dph_walk *walk,
-                                struct dph_random *random, const double point[3],
-                                const double flight[3], double *radiance)
+/* A path, where its light goes, and how much of a ray each light is due. */
+struct tracing {
+    const struct dph_stage *stage;
+    double *radiance;
+    double due[DPH_MAX_SUNS];
+};
+
+/* Light of the suns at a scattering point, each by a chance that follows what it may bring. Along
+ * the path the chances of a light are added up, from a random beginning, and a ray is cast whenever
+ * the sum comes to a whole number: systematic sampling. Each scattering has just its chance, and
+ * the number of rays of a path varies by less than one. */
+static bool add_suns(void *user, const struct dph_walk *walk, struct dph_random *random,
+                     const double point[3], const double flight[3])
 {
-    static const double BEYOND = .1; /* of the rays that a short look finds dark */
-    const struct dph_volume *volume = &stage->volume;
+    /* EAGER: chance where all light comes through. CAREFUL: least share of the chance that the
+     * clearance alone would give. Where that is below 1 / OFTEN all lights are skipped by chance. */
+    static const double EAGER = 1.5, CAREFUL = .02, OFTEN = 16;
+    struct tracing *tracing = user;
+    const struct dph_stage *stage = tracing->stage;
+    const struct dph_volume *volume = &stage->space.volume;
+    const struct dph_outlook *outlook = &stage->outlook;
+    const struct dph_clearance *clearance = &stage->space.clearance;
+    ptrdiff_t cell = dph_clearance_cell(clearance, point);
+    double clear = cell < 0 ? 1 : outlook->cleared[clearance->bound[cell]];
+    double reach = EAGER * fmax(walk->carried[0], fmax(walk->carried[1], walk->carried[2]));
+    double often = OFTEN * reach * clear, weight[3];
+    bool weighed = false;
+    if (often < 1) {
+        if (dph_random_next(random) >= often)
+            return true;
+        reach /= often;
+    } else {
+        often = 1;
+    }
+    const uint8_t *depth = dph_outlook_at(outlook, point);
     for (int i = 0; i < stage->nsun; i++) {
+        double share = depth ? fmin(fmax(outlook->passed[depth[i]], CAREFUL * clear), clear) : clear;
+        double chance = fmin(reach * share, 1);
+        tracing->due[i] += chance;
+        if (tracing->due[i] < 1)
+            continue;
+        tracing->due[i] -= 1;
         const struct dph_sun *sun = &stage->sun[i];
-        double to[3] = {sun->to_light[0], sun->to_light[1], sun->to_light[2]};
-        double weight[3], factor = 1;
+        double to[3] = {sun->to_light[0], sun->to_light[1], sun->to_light[2]}, value[3];
         struct dph_spans spans;
-        struct dph_hit hit;
         if (sun->cosine < 1)
             dph_cone_sample(random, sun->to_light, sun->cosine, to);
-        if (volume->thinnest > 0 &&
-            !dph_rays_nearest(stage->rays, point, to, 4 / volume->thinnest, &hit)) {
-            if (dph_random_next(random) >= BEYOND)
-                continue;
-            factor = 1 / BEYOND;
-        }
-        dph_rays_spans(stage->rays, point, to, &spans);
+        dph_rays_spans(stage->space.rays, point, to, &spans);
         if (spans.overflow || !spans.inside)
-            return DPH_ENDING_LOST;
+            return false;
+        if (!weighed)
+            dph_walk_weight(walk, volume, weight);
+        weighed = true;
         /* the disc's solid angle times its radiance, which is more than the irradiance on a plane */
-        factor *= dph_phase(volume->anisotropy, dot(flight, to)) * sun->even;
-        dph_walk_weight(walk, weight);
+        double factor =
+            dph_phase(volume->anisotropy, dot(flight, to)) * sun->even / (often * chance);
         for (int c = 0; c < 3; c++)
-            weight[c] *= factor * exp(-volume->extinction[c] * spans.length);
-        add_weighted(radiance + 3 * sun->picture, weight, sun->irradiance);
+            value[c] = factor * weight[c] * exp(-volume->extinction[c] * spans.length);
+        add_weighted(tracing->radiance + 3 * sun->picture, value, sun->irradiance);
     }
-    return DPH_ENDING_PLAIN;
-}
-
-/* The point at a length inside along a ray, not nearer to a surface than the margin where there is
- * room. */
-static void place(const struct dph_spans *spans, double length, double margin,
-                  const double direction[3], double point[3])
-{
-    int i = 0;
-    for (; i + 1 < spans->count && length > spans->span[i][1] - spans->span[i][0]; i++)
-        length -= spans->span[i][1] - spans->span[i][0];
-    double room = spans->span[i][1] - spans->span[i][0], side = fmin(margin, room / 2);
-    bool first = i == 0 && spans->inside; /* begins at the path's last point, not at a surface */
-    length = fmin(fmax(length, first ? 0 : side), room - side);
-    advance(point, direction, spans->span[i][0] + length);
+    return true;
 }
 
 static enum dph_ending matched(const struct dph_stage *stage, struct dph_random *random,
                                const double origin[3], const double direction[3],
                                double *radiance, bool *covered)
 {
-    const struct dph_volume *volume = &stage->volume;
+    const struct dph_volume *volume = &stage->space.volume;
     double point[3] = {origin[0], origin[1], origin[2]};
     double flight[3] = {direction[0], direction[1], direction[2]}, weight[3];
     struct dph_spans spans;
     struct dph_walk walk;
-    dph_rays_spans(stage->rays, point, flight, &spans);
+    dph_rays_spans(stage->space.rays, point, flight, &spans);
     *covered = spans.count > 0;
     if (spans.overflow)
         return DPH_ENDING_LOST;
@@ -133,7 +148,7 @@ static enum dph_ending matched(const struct dph_stage *stage, struct dph_random 
     if (!(share > 0))
         return DPH_ENDING_PLAIN;
     double length = fmin(-log1p(-dph_random_next(random) * share) / extinction, spans.length);
-    place(&spans, length, stage->margin, flight, point);
+    dph_space_place(&stage->space, &spans, length, flight, point);
     /* the density of a first scattering that is sure to happen is larger by the chance that a free
      * flight has of one, in each channel */
     for (int c = 0; c < 3; c++) {
@@ -142,42 +157,28 @@ static enum dph_ending matched(const struct dph_stage *stage, struct dph_random 
         walk.share[c] = chance > 0 ? share / chance : 0;
     }
     dph_walk_scatter(&walk, volume, length);
-    for (;;) {
-        enum dph_ending ending = add_suns(stage, &walk, random, point, flight, radiance);
-        if (ending != DPH_ENDING_PLAIN)
-            return ending;
-        dph_phase_sample(random, volume->anisotropy, flight);
-        if (!dph_walk_survive(&walk, random))
-            return DPH_ENDING_PLAIN;
-        if (walk.scatterings >= DPH_MAX_SCATTERINGS)
-            return DPH_ENDING_CAPPED;
-        struct dph_hit hit;
-        length = dph_walk_flight(&walk, volume, random);
-        if (!dph_rays_nearest(stage->rays, point, flight, length + stage->margin, &hit)) {
-            if (!isfinite(length))
-                return DPH_ENDING_LOST;
-            advance(point, flight, length);
-        } else {
-            dph_rays_spans(stage->rays, point, flight, &spans);
-            if (spans.overflow || !spans.inside)
-                return DPH_ENDING_LOST;
-            if (length >= spans.length) {
-                dph_walk_pass(&walk, volume, spans.length);
-                dph_walk_weight(&walk, weight);
-                add_sky(stage, flight, weight, true, false, radiance);
-                return DPH_ENDING_PLAIN;
-            }
-            place(&spans, length, stage->margin, flight, point);
-        }
-        dph_walk_scatter(&walk, volume, length);
+    struct tracing tracing;
+    tracing.stage = stage;
+    tracing.radiance = radiance;
+    double begin = dph_random_next(random);
+    for (int i = 0; i < stage->nsun; i++) {
+        tracing.due[i] = begin;
+        begin += begin < .381966 ? .618034 : -.381966; /* lights take turns */
     }
+    enum dph_ending ending = dph_walk_run(&stage->space, &walk, random, true, point, flight,
+                                          add_suns, &tracing);
+    if (ending == DPH_ENDING_LEFT && stage->environment) {
+        dph_walk_weight(&walk, volume, weight);
+        add_sky(stage, flight, weight, true, false, radiance);
+    }
+    return ending;
 }
 
 static enum dph_ending dielectric(const struct dph_stage *stage, struct dph_random *random,
                                   const double origin[3], const double direction[3],
                                   double *radiance, bool *covered)
 {
-    const struct dph_volume *volume = &stage->volume;
+    const struct dph_volume *volume = &stage->space.volume;
     double point[3] = {origin[0], origin[1], origin[2]};
     double flight[3] = {direction[0], direction[1], direction[2]}, weight[3];
     int depth = 0; /* bodies that the point is in */
@@ -187,14 +188,16 @@ static enum dph_ending dielectric(const struct dph_stage *stage, struct dph_rand
     for (int events = 0; events < DPH_MAX_SCATTERINGS; events++) {
         struct dph_hit hit;
         double length = depth > 0 ? dph_walk_flight(&walk, volume, random) : INFINITY;
-        if (!dph_rays_nearest(stage->rays, point, flight, length + stage->margin, &hit)) {
+        double reach = length + stage->space.margin;
+        if ((depth > 0 && reach <= dph_space_clear(&stage->space, point)) ||
+            !dph_rays_nearest(stage->space.rays, point, flight, reach, &hit)) {
             if (!depth && !*covered) {
                 const double one[3] = {1, 1, 1};
                 add_background(stage, one, radiance);
                 return DPH_ENDING_PLAIN;
             }
             if (!depth) {
-                dph_walk_weight(&walk, weight);
+                dph_walk_weight(&walk, volume, weight);
                 add_sky(stage, flight, weight, true, true, radiance);
                 return DPH_ENDING_PLAIN;
             }
@@ -202,18 +205,18 @@ static enum dph_ending dielectric(const struct dph_stage *stage, struct dph_rand
                 return DPH_ENDING_LOST;
         } else if (depth && length < hit.distance) {
             /* within the margin of the surface: stays on this side of it */
-            length = fmax(0, fmin(length, hit.distance - stage->margin));
+            length = fmax(0, fmin(length, hit.distance - stage->space.margin));
         } else {
             bool out = dot(flight, hit.normal) > 0;
             advance(point, flight, hit.distance);
             if (depth)
-                dph_walk_pass(&walk, volume, hit.distance);
+                dph_walk_pass(&walk, hit.distance);
             *covered = true;
             if (out && !depth)
                 return DPH_ENDING_LOST; /* a body's wall from inside, without having entered */
             if (depth > 1 || (depth && !out)) {
                 depth += out ? -1 : 1;
-                advance(point, hit.normal, out ? stage->margin : -stage->margin);
+                advance(point, hit.normal, out ? stage->space.margin : -stage->space.margin);
                 continue;
             }
             double against[3];
@@ -222,14 +225,14 @@ static enum dph_ending dielectric(const struct dph_stage *stage, struct dph_rand
             bool through = dph_boundary_sample(random, out ? 1 / stage->eta : stage->eta, against,
                                                flight);
             depth = through ? !depth : depth;
-            advance(point, hit.normal, depth ? -stage->margin : stage->margin);
+            advance(point, hit.normal, depth ? -stage->space.margin : stage->space.margin);
             continue;
         }
         advance(point, flight, length);
         if (dot(point, point) > 1.1 * stage->radius * stage->radius)
             return DPH_ENDING_LOST;
         dph_walk_scatter(&walk, volume, length);
-        if (!dph_walk_survive(&walk, random))
+        if (!dph_walk_survive(&walk, volume, random))
             return DPH_ENDING_PLAIN;
         dph_phase_sample(random, volume->anisotropy, flight);
     }

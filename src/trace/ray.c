@@ -354,6 +354,17 @@ bool dph_rays_nearest(const struct dph_rays *rays, const double origin[3],
     return true;
 }
 
+bool dph_rays_blocked(const struct dph_rays *rays, const double origin[3],
+                      const double direction[3], double limit)
+{
+    struct RTCIntersectContext context;
+    struct RTCRayHit ray;
+    rtcInitIntersectContext(&context);
+    aim(rays, origin, direction, limit, &ray);
+    rtcOccluded1(rays->scene, &context, &ray.ray);
+    return ray.ray.tfar < 0;
+}
+
 enum { MAX_CROSSINGS = 2 * DPH_MAX_SPANS };
 
 /* The first member is Embree's, as in struct query. */

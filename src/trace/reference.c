@@ -18,7 +18,7 @@
 #define PI 3.14159265358979323846
 #define DEGREE (PI / 180)
 
-enum { MAX_SIDE = 32768, MAX_SAMPLES = 1 << 24, MAX_LIGHTS = 256 };
+enum { MAX_SIDE = 32768, MAX_SAMPLES = 1 << 24, MAX_LIGHTS = DPH_MAX_SUNS };
 
 struct dph_reference_options dph_reference_defaults(void)
 {
@@ -138,7 +138,8 @@ static void place_body(const struct dph_mesh *mesh, const float m[16], const dou
 }
 
 static bool prepare_rays(struct dph_stage *stage, const struct dph_scene *scene,
-                         const double centre[3], double scale, struct dph_error *err)
+                         const double centre[3], double scale, int threads,
+                         struct dph_error *err)
 {
     size_t npos = 0, ntri = 0;
     bool ok = false;
@@ -164,15 +165,21 @@ static bool prepare_rays(struct dph_stage *stage, const struct dph_scene *scene,
         npos += mesh->nvert;
         ntri += mesh->ntri;
     }
-    stage->rays = dph_rays_create(position, npos, index, ntri, err);
-    ok = stage->rays != NULL;
-    if (ok)
-        stage->margin = dph_rays_margin(stage->rays);
+    ok = dph_space_init(&stage->space, position, npos, index, ntri, threads, err);
 
 error:
     free(position);
     free(index);
     return ok;
+}
+
+static bool prepare_outlook(struct dph_stage *stage, int threads, struct dph_error *err)
+{
+    double direction[3 * MAX_LIGHTS];
+    int count = stage->boundary == DPH_BOUNDARY_MATCHED ? stage->nsun : 0;
+    for (int i = 0; i < 3 * count; i++)
+        direction[i] = stage->sun[i / 3].to_light[i % 3];
+    return dph_outlook_init(&stage->outlook, &stage->space, direction, count, threads, err);
 }
 
 /* What a call works on. */
@@ -183,6 +190,7 @@ struct picture {
     int sample;
     double *sum;     /* (height x width x npicture x 9) RGB, their squares, RGB of even samples */
     double *covered; /* (height x width) */
+    uint8_t *shown;  /* (height x width) 0: no ray of the pixel meets a body */
     uint64_t *bad;   /* (height x 2) paths lost and capped, by row */
 };
 
@@ -222,10 +230,11 @@ static bool prepare(struct picture *picture, const struct dph_scene *scene, stru
     stage->environment = o->environment;
     stage->environment_user = o->environment_user;
     memcpy(stage->background, o->background, sizeof stage->background);
-    dph_volume_init(&stage->volume, o->material.scattering, o->material.absorption,
+    dph_volume_init(&stage->space.volume, o->material.scattering, o->material.absorption,
                     o->material.anisotropy);
     place_camera(picture);
-    return prepare_suns(stage, o, err) && prepare_rays(stage, scene, centre, mm, err);
+    return prepare_suns(stage, o, err) && prepare_rays(stage, scene, centre, mm, o->threads, err) &&
+           prepare_outlook(stage, o->threads, err);
 }
 
 static void camera_ray(const struct picture *picture, double x, double y, double origin[3],
@@ -247,6 +256,52 @@ static void camera_ray(const struct picture *picture, double x, double y, double
         origin[k] = picture->eye[k] + skip * direction[k];
 }
 
+/* Marks the pixels that a sphere may be seen in. False: it is too near to the eye to say. */
+static bool show_sphere(struct picture *picture, const double centre[3], double radius)
+{
+    const struct dph_reference_options *o = picture->options;
+    double half = tan(o->camera.fov * DEGREE / 2), depth = 0, across[2] = {0, 0};
+    double from[2], to[2];
+    for (int k = 0; k < 3; k++) {
+        double offset = centre[k] - picture->eye[k];
+        depth -= offset * picture->back[k];
+        across[0] += offset * picture->right[k];
+        across[1] -= offset * picture->up[k];
+    }
+    if (!(depth > 2 * radius))
+        return false;
+    for (int k = 0; k < 2; k++) {
+        double side = k ? o->height : o->width, slope = across[k] / (half * half * depth);
+        double blur = radius * (1 + fabs(slope) * half) / (half * (depth - radius));
+        from[k] = fmax(0, floor((side + o->height * (slope - blur)) / 2 - 1e-3));
+        to[k] = fmin(side - 1, floor((side + o->height * (slope + blur)) / 2 + 1e-3));
+    }
+    for (double y = from[1]; y <= to[1]; y++)
+        for (double x = from[0]; x <= to[0]; x++)
+            picture->shown[(size_t)y * (size_t)o->width + (size_t)x] = 1;
+    return true;
+}
+
+/* Finds the pixels that no body can be seen in, so that no ray is cast there: cells of clearance 0
+ * cover every surface. */
+static void find_shown(struct picture *picture)
+{
+    const struct dph_clearance *grid = &picture->stage.space.clearance;
+    size_t count = (size_t)picture->options->width * (size_t)picture->options->height, i = 0;
+    bool sure = grid->bound != NULL;
+    for (int z = 0; z < grid->size[2] && sure; z++)
+        for (int y = 0; y < grid->size[1] && sure; y++)
+            for (int x = 0; x < grid->size[0] && sure; x++, i++) {
+                const double centre[3] = {grid->low[0] + (x + .5) * grid->cell,
+                                          grid->low[1] + (y + .5) * grid->cell,
+                                          grid->low[2] + (z + .5) * grid->cell};
+                if (!grid->bound[i])
+                    sure = show_sphere(picture, centre, .87 * grid->cell);
+            }
+    if (!sure)
+        memset(picture->shown, 1, count);
+}
+
 static void draw_row(void *context, size_t y, int worker)
 {
     struct picture *picture = context;
@@ -263,10 +318,16 @@ static void draw_row(void *context, size_t y, int worker)
             dph_random_seed(picture->options->seed, pixel, (uint64_t)picture->sample);
         double across = (double)x + dph_random_next(&random);
         double down = (double)y + dph_random_next(&random);
-        camera_ray(picture, across, down, origin, direction);
-        memset(radiance, 0, values * sizeof *radiance);
-        enum dph_ending ending = dph_path_trace(&picture->stage, &random, origin, direction,
-                                                radiance, &covered);
+        enum dph_ending ending = DPH_ENDING_PLAIN;
+        if (picture->shown[pixel]) {
+            camera_ray(picture, across, down, origin, direction);
+            memset(radiance, 0, values * sizeof *radiance);
+            ending = dph_path_trace(&picture->stage, &random, origin, direction, radiance,
+                                    &covered);
+        } else {
+            for (size_t i = 0; i < values; i++)
+                radiance[i] = picture->stage.background[i % 3];
+        }
         for (size_t i = 0; i < values; i++, sum += i % 3 ? 1 : 7) {
             sum[0] += radiance[i];
             sum[3] += radiance[i] * radiance[i];
@@ -335,12 +396,14 @@ bool dph_reference_render(const struct dph_scene *scene,
     reference->half = dph_alloc_zero(values, 3 * sizeof *reference->half);
     picture.sum = dph_alloc_zero(values, 9 * sizeof *picture.sum);
     picture.covered = dph_alloc_zero(count, sizeof *picture.covered);
+    picture.shown = dph_alloc_zero(count, 1);
     picture.bad = dph_alloc_zero((size_t)options->height, 2 * sizeof *picture.bad);
     if (!reference->pixel || !reference->variance || !reference->half || !picture.sum ||
-        !picture.covered || !picture.bad) {
+        !picture.covered || !picture.shown || !picture.bad) {
         dph_fail_memory(err);
         goto error;
     }
+    find_shown(&picture);
     for (picture.sample = 0; picture.sample < options->samples && go; picture.sample++) {
         go = !options->progress || options->progress(options->progress_user,
                                                      (double)picture.sample / options->samples);
@@ -364,8 +427,10 @@ error:
         dph_reference_finish(reference);
     free(picture.sum);
     free(picture.covered);
+    free(picture.shown);
     free(picture.bad);
     free(picture.stage.sun);
-    dph_rays_destroy(picture.stage.rays);
+    dph_outlook_finish(&picture.stage.outlook);
+    dph_space_finish(&picture.stage.space);
     return ok;
 }

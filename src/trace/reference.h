@@ -5,7 +5,10 @@
 #include <diaphan/reference.h>
 #include <diaphan/trace.h>
 
-#include "trace/medium.h"
+#include "trace/outlook.h"
+#include "trace/walk.h"
+
+#define DPH_MAX_SUNS 256
 
 /* A distant light as paths see it. */
 struct dph_sun {
@@ -19,11 +22,10 @@ struct dph_sun {
 
 /* A prepared scene. Lengths are in mm, from the centre of the scene. Read-only while tracing. */
 struct dph_stage {
-    struct dph_rays *rays;
-    struct dph_volume volume;
+    struct dph_space space;
+    struct dph_outlook outlook; /* of the suns, in their order */
     enum dph_boundary boundary;
     double eta;
-    double margin; /* distance at which rounding cannot lead across a surface */
     double radius; /* of the scene's bounding sphere */
     int npicture;
     int nsun;
@@ -33,9 +35,6 @@ struct dph_stage {
     void *environment_user;
     int surroundings; /* the picture that the environment lights */
 };
-
-/* How a path ended. */
-enum dph_ending { DPH_ENDING_PLAIN = 0, DPH_ENDING_LOST, DPH_ENDING_CAPPED };
 
 /* Adds the radiance against a camera ray, by one path, to (npicture x 3). `covered`: the ray met a
  * body. */
