@@ -14,6 +14,7 @@
 #include <diaphan/mesh.h>
 #include <diaphan/patro.h>
 #include <diaphan/prepare.h>
+#include <diaphan/response.h>
 #include <diaphan/rivals.h>
 #include <diaphan/scene.h>
 #include <diaphan/sh.h>

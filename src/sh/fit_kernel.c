@@ -25,6 +25,7 @@
 #include "core/simd.h"
 #include "sh/accumulate.h"
 #include "sh/projector.h"
+#include "sh/system.h"
 
 #define FLOOR .02f
 #define FRONT .3f
@@ -130,65 +131,6 @@ static void expand_matrix(const struct dph_gaunt *gaunt, int n, const float *wei
     }
 }
 
-/* `rows` (a constant) consecutive entries of column j below the diagonal: (A_ij - sum_k<j L_ik D_k
- * L_jk) / D_j. `scaled` holds D_k L_jk. Several rows at once use each of those for several
- * products. */
-static inline __attribute__((always_inline)) void
-eliminate(const int rows, dph_f8 *matrix, int i, int j, const dph_f8 *scaled, dph_f8 inverse)
-{
-    dph_f8 *row0 = matrix + i * (i + 1) / 2, *row1 = row0 + (rows > 1 ? i + 1 : 0);
-    dph_f8 *row2 = row1 + (rows > 2 ? i + 2 : 0), *row3 = row2 + (rows > 3 ? i + 3 : 0);
-    dph_f8 a0 = row0[j], a1 = row1[j], a2 = row2[j], a3 = row3[j];
-    for (int k = 0; k < j; k++) {
-        dph_f8 m = scaled[k];
-        a0 -= row0[k] * m;
-        if (rows > 1) {
-            a1 -= row1[k] * m;
-            a2 -= row2[k] * m;
-            a3 -= row3[k] * m;
-        }
-    }
-    row0[j] = a0 * inverse;
-    if (rows > 1) {
-        row1[j] = a1 * inverse;
-        row2[j] = a2 * inverse;
-        row3[j] = a3 * inverse;
-    }
-}
-
-/* Replaces A by L below the diagonal and 1 / D on it, then x by the solution. */
-static void solve_system(int n, dph_f8 *matrix, dph_f8 least, dph_f8 *x)
-{
-    dph_f8 diagonal[MAX_N], scaled[MAX_N];
-    for (int j = 0; j < n; j++) {
-        dph_f8 *row = matrix + j * (j + 1) / 2, pivot = row[j];
-        for (int k = 0; k < j; k++) {
-            scaled[k] = row[k] * diagonal[k];
-            pivot -= row[k] * scaled[k];
-        }
-        diagonal[j] = dph_f8_max(pivot, least);
-        dph_f8 inverse = dph_f8_set(1) / diagonal[j];
-        row[j] = inverse;
-        int i = j + 1;
-        for (; i + 4 <= n; i += 4)
-            eliminate(4, matrix, i, j, scaled, inverse);
-        for (; i < n; i++)
-            eliminate(1, matrix, i, j, scaled, inverse);
-    }
-    for (int i = 1; i < n; i++) {
-        const dph_f8 *row = matrix + i * (i + 1) / 2;
-        for (int k = 0; k < i; k++)
-            x[i] -= row[k] * x[k];
-    }
-    for (int i = 0; i < n; i++)
-        x[i] *= matrix[i * (i + 1) / 2 + i];
-    for (int i = n - 1; i > 0; i--) {
-        const dph_f8 *row = matrix + i * (i + 1) / 2;
-        for (int k = 0; k < i; k++)
-            x[k] -= row[k] * x[i];
-    }
-}
-
 void DPH_KERNEL(dph_fit_solve)(const struct dph_projector *projector, const float *sums,
                                size_t begin, size_t end, float *coefficient)
 {
@@ -209,7 +151,7 @@ void DPH_KERNEL(dph_fit_solve)(const struct dph_projector *projector, const floa
         expand_matrix(&projector->gaunt, n, block, ridge, matrix);
         for (int i = 0; i < n; i++)
             x[i] = dph_f8_load(block + 8 * (weights + (size_t)projector->column[i]));
-        solve_system(n, matrix, ridge, x);
+        dph_system_solve(n, matrix, ridge, x);
         for (size_t lane = 0; lane < 8; lane++)
             for (int i = 0; i < n; i++)
                 coefficient[(p + lane) * (size_t)n + (size_t)i] = x[i][lane];

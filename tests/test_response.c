@@ -1,0 +1,415 @@
+/* The forms of a response against closed forms: squares that are squares, ramps of known colours,
+ * plain cuts, and an optimum that quadrature finds to be one. */
+#include "shapes.h"
+
+#include <diaphan/response.h>
+
+#include <float.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+enum { DIRECTIONS = 4096 };
+
+/* Coefficients of zonal functions of the cosine. */
+static void project_zonal(void (*radial)(double mu, double color[3]), double zonal[8][3])
+{
+    enum { STEPS = 20000 };
+    memset(zonal, 0, 8 * sizeof *zonal);
+    for (int k = 0; k < STEPS; k++) { /* of the band's Legendre polynomial, by its harmonic on the axis */
+        double mu = -1 + 2 * (k + .5) / STEPS, y[64], color[3];
+        radial(mu, color);
+        dph_sh_eval(8, (double[3]){sqrt(1 - mu * mu), 0, mu}, y);
+        for (int l = 0; l < 8; l++)
+            for (int c = 0; c < 3; c++)
+                zonal[l][c] += 2 * PI * 2 / STEPS * color[c] * y[l * (l + 1)];
+    }
+}
+
+/* Rows of zonal functions of normal . w at a unit sphere's vertices, 8 bands: `radial`, and towards
+ * one side of the body more and more `other`, so that its vertices are not all alike. */
+static struct dph_transfer mixed_rows(const struct dph_mesh *mesh,
+                                      void (*radial)(double mu, double color[3]),
+                                      void (*other)(double mu, double color[3]))
+{
+    double pure[2][8][3];
+    project_zonal(radial, pure[0]);
+    project_zonal(other, pure[1]);
+    struct dph_transfer t = {.npos = mesh->nvert, .nvert = mesh->nvert, .bands = 8, .channels = 3,
+                             .length = 192};
+    t.vector = malloc(t.npos * t.length * sizeof *t.vector);
+    t.area = malloc(t.npos * sizeof *t.area);
+    t.position_of = malloc(t.nvert * sizeof *t.position_of);
+    assert_true(t.vector && t.area && t.position_of);
+    for (size_t v = 0; v < t.nvert; v++) {
+        double n[3], length = 0, y[64];
+        for (int k = 0; k < 3; k++) {
+            n[k] = (double)mesh->position[3 * v + (size_t)k];
+            length += n[k] * n[k];
+        }
+        for (int k = 0; k < 3; k++)
+            n[k] /= sqrt(length);
+        dph_sh_eval(8, n, y);
+        double share = (1 + n[0]) / 2;
+        for (int c = 0; c < 3; c++)
+            for (int l = 0; l < 8; l++)
+                for (int i = l * l; i < (l + 1) * (l + 1); i++)
+                    t.vector[v * 192 + (size_t)(64 * c + i)] =
+                        (float)(((1 - share) * pure[0][l][c] + share * pure[1][l][c]) *
+                                sqrt(4 * PI / (2 * l + 1)) * y[i]);
+        t.area[v] = (float)(.1 + .9 * sqrt(fmax(0, 1 - n[2] * n[2])));
+        t.position_of[v] = (uint32_t)v;
+    }
+    return t;
+}
+
+static struct dph_transfer zonal_rows(const struct dph_mesh *mesh,
+                                      void (*radial)(double mu, double color[3]))
+{
+    return mixed_rows(mesh, radial, radial);
+}
+
+static struct dph_response *create(const struct dph_transfer *full, enum dph_response_form form, int bands,
+                                   enum dph_store store, struct dph_response_report *report)
+{
+    struct dph_error err = {0};
+    struct dph_response_params params = dph_response_defaults();
+    params.form = form;
+    params.bands = bands;
+    params.store = store;
+    params.cpca.clusters = 4;
+    params.cpca.vectors = 6;
+    struct dph_response *response = dph_response_create(full, &params, report, &err);
+    if (!response)
+        fail_msg("%s", err.message);
+    return response;
+}
+
+/* 8-band rows of (sum s_i y_i)^2, s of `n` functions, the same in all channels times `color`. */
+static struct dph_transfer square_rows(const float *s, size_t npos, int n, const double color[3])
+{
+    float *direction = malloc(3 * DIRECTIONS * sizeof *direction);
+    struct dph_transfer t = {.npos = npos, .nvert = npos, .bands = 8, .channels = 3, .length = 192};
+    t.vector = calloc(npos * t.length, sizeof *t.vector);
+    t.area = malloc(npos * sizeof *t.area);
+    t.position_of = malloc(npos * sizeof *t.position_of);
+    double (*y)[64] = malloc(DIRECTIONS * sizeof *y), *sum = calloc(npos * 64, sizeof *sum);
+    assert_true(direction && t.vector && t.area && t.position_of && y && sum);
+    dph_sh_directions(DIRECTIONS, direction);
+    for (int d = 0; d < DIRECTIONS; d++)
+        dph_sh_eval(8, (double[3]){(double)direction[3 * d], (double)direction[3 * d + 1], (double)direction[3 * d + 2]},
+                    y[d]);
+    for (size_t p = 0; p < npos; p++) {
+        t.area[p] = 1;
+        t.position_of[p] = (uint32_t)p;
+        for (int d = 0; d < DIRECTIONS; d++) {
+            double root = 0;
+            for (int i = 0; i < n; i++)
+                root += (double)s[p * (size_t)n + (size_t)i] * y[d][i];
+            for (int i = 0; i < 64; i++)
+                sum[p * 64 + (size_t)i] += 4 * PI / DIRECTIONS * root * root * y[d][i];
+        }
+        for (size_t c = 0; c < 3; c++)
+            for (size_t i = 0; i < 64; i++)
+                t.vector[p * 192 + 64 * c + i] = (float)(color[c] * sum[p * 64 + i]);
+    }
+    free(direction);
+    free(y);
+    free(sum);
+    return t;
+}
+
+static float noise(uint32_t *state)
+{
+    *state = *state * 1664525u + 1013904223u;
+    return (float)(*state >> 8) / (1 << 23) - 1;
+}
+
+/* What is a square is found to be one, with its sign, whatever the number of rows. */
+static void squares_are_recovered(void **state)
+{
+    (void)state;
+    enum { ROWS = 37 };
+    for (int bands = 1; bands <= 3; bands++) {
+        int n = bands * bands;
+        float s[ROWS * 9], row[9];
+        uint32_t seed = 7;
+        for (int p = 0; p < ROWS; p++)
+            for (int i = 0; i < n; i++)
+                s[p * n + i] = i == 0 ? 1 : .35f * noise(&seed);
+        struct dph_transfer t = square_rows(s, ROWS, n, (double[3]){1, 1, 1});
+        struct dph_response_report report;
+        struct dph_response *r = create(&t, DPH_RESPONSE_ROOT, bands, DPH_STORE_FLOAT, &report);
+        for (int p = 0; p < ROWS; p++) {
+            dph_thickness_row(r->channel[0], (size_t)p, row);
+            for (int i = 0; i < n; i++)
+                assert_float_equal(row[i], s[p * n + i], 2e-3);
+        }
+        assert_true(report.error < 3e-3 && report.error_rgb < 3e-3);
+        for (int k = 0; k < DPH_RAMP_ENTRIES; k++) /* grey */
+            for (int c = 0; c < 3; c++)
+                assert_float_equal(r->ramp.color[k][c], r->ramp.top * (float)(k * k) / 529, 2e-3f * r->ramp.top);
+        dph_response_destroy(r);
+        dph_transfer_finish(&t);
+    }
+}
+
+static void glowing(double mu, double color[3])
+{
+    double v = .3 * exp(2.5 * (mu - 1));
+    color[0] = v;
+    color[1] = v * (.4 + .6 * (1 + mu) / 2);
+    color[2] = v * (.1 + .6 * (1 + mu) / 2);
+}
+
+/* Steeper, with a terminator: what a dense body does. */
+static void terminated(double mu, double color[3])
+{
+    double v = fmax(mu, 0) / PI + .01;
+    for (int c = 0; c < 3; c++)
+        color[c] = v;
+}
+
+/* No neighbour of the answer is nearer: the integral by quadrature at the coefficients that were
+ * found, and with each of them changed a little. */
+static double cost_of(const struct dph_transfer *t, const float *s, int n, const float *direction, int count)
+{
+    double cost = 0, y[64];
+    for (int d = 0; d < count; d++) {
+        double root = 0, f = 0;
+        dph_sh_eval(8, (double[3]){(double)direction[3 * d], (double)direction[3 * d + 1], (double)direction[3 * d + 2]}, y);
+        for (int i = 0; i < n; i++)
+            root += (double)s[i] * y[i];
+        for (int i = 0; i < 64; i++)
+            f += (.2126 * (double)t->vector[i] + .7152 * (double)t->vector[64 + i] +
+                  .0722 * (double)t->vector[128 + i]) * y[i];
+        cost += (root * root - f) * (root * root - f) / count;
+    }
+    return cost;
+}
+
+static void answers_are_optimal(void **state)
+{
+    (void)state;
+    float *direction = malloc(3 * DIRECTIONS * sizeof *direction);
+    assert_non_null(direction);
+    dph_sh_directions(DIRECTIONS, direction);
+    struct dph_mesh mesh = make_sphere(1, 8, 6);
+    for (int bands = 2; bands <= 6; bands += 2) {
+        struct dph_transfer t = zonal_rows(&mesh, bands == 4 ? terminated : glowing);
+        struct dph_response *r = create(&t, DPH_RESPONSE_ROOT, bands, DPH_STORE_FLOAT, NULL);
+        float s[36];
+        dph_thickness_row(r->channel[0], 0, s);
+        double least = cost_of(&t, s, bands * bands, direction, DIRECTIONS);
+        for (int i = 0; i < bands * bands; i++)
+            for (int sign = -1; sign <= 1; sign += 2) {
+                float kept = s[i];
+                s[i] += .01f * (float)sign;
+                assert_true(cost_of(&t, s, bands * bands, direction, DIRECTIONS) > least);
+                s[i] = kept;
+            }
+        dph_response_destroy(r);
+        dph_transfer_finish(&t);
+    }
+    dph_mesh_finish(&mesh);
+    free(direction);
+}
+
+/* A thin sheet: as bright from behind as from the front. */
+static void thin(double mu, double color[3])
+{
+    double v = .02 + .15 * mu * mu + .15 * fmax(0, mu);
+    color[0] = v;
+    color[1] = .8 * v;
+    color[2] = .5 * v;
+}
+
+/* More bands are nearer; with few of them the root is clearly ahead of the linear form, and the ramp,
+ * which mends what is wrong everywhere alike, ahead of three channels without one. */
+static void roots_beat_sums(void **state)
+{
+    (void)state;
+    struct dph_mesh mesh = make_sphere(1, 24, 16);
+    void (*const shape[2])(double, double[3]) = {glowing, terminated};
+    for (int k = 0; k < 2; k++) {
+        struct dph_transfer t = mixed_rows(&mesh, shape[k], thin);
+        double before[3] = {9, 9, 9};
+        for (int bands = 2; bands <= 6; bands += bands == 4 ? 2 : 1) {
+            struct dph_response_report root, linear, rgb;
+            dph_response_destroy(create(&t, DPH_RESPONSE_ROOT, bands, DPH_STORE_SNORM8, &root));
+            dph_response_destroy(create(&t, DPH_RESPONSE_LINEAR, bands, DPH_STORE_SNORM8, &linear));
+            dph_response_destroy(create(&t, DPH_RESPONSE_RGB, bands, DPH_STORE_SNORM8, &rgb));
+            print_message("%s, %d bands: root %.4f, linear %.4f, rgb %.4f; in colour %.4f, %.4f, %.4f\n",
+                          k ? "terminated" : "glowing", bands, root.error, linear.error, rgb.error,
+                          root.error_rgb, linear.error_rgb, rgb.error_rgb);
+            /* a cut in the light needs odd and even bands: one more may bring nothing */
+            assert_true(root.error < 1.01 * before[0] && linear.error < 1.01 * before[1] &&
+                        rgb.error < 1.01 * before[2]);
+            if (bands == 2)
+                assert_true(root.error < .85 * linear.error && linear.error < .5 * rgb.error);
+            before[0] = root.error, before[1] = linear.error, before[2] = rgb.error;
+        }
+        assert_true(before[0] < .08);
+        dph_transfer_finish(&t);
+    }
+    dph_mesh_finish(&mesh);
+}
+
+/* The sphere is the same from everywhere: what is drawn depends on the angle alone, and the ramp
+ * gives the colour that belongs to it. */
+static void ramps_give_colors(void **state)
+{
+    (void)state;
+    struct dph_mesh mesh = make_sphere(1, 24, 16);
+    struct dph_transfer t = zonal_rows(&mesh, glowing);
+    struct dph_response *r = create(&t, DPH_RESPONSE_ROOT, 6, DPH_STORE_FLOAT, NULL);
+    float *direction = malloc(3 * 512 * sizeof *direction);
+    assert_non_null(direction);
+    dph_sh_directions(512, direction);
+    for (size_t v = 0; v < mesh.nvert; v += 31)
+        for (int d = 0; d < 512; d++) {
+            double w[3], mu = 0, wanted[3], color[3];
+            for (int k = 0; k < 3; k++) {
+                w[k] = (double)direction[3 * d + k];
+                mu += w[k] * (double)mesh.position[3 * v + (size_t)k];
+            }
+            glowing(mu, wanted);
+            dph_response_along(r, v, w, 0, color);
+            for (int c = 0; c < 3; c++)
+                assert_float_equal(color[c], wanted[c], .02 * wanted[c] + .0015);
+        }
+    for (int k = 8; k < DPH_RAMP_ENTRIES; k++) /* values that there are */
+        assert_true(r->ramp.color[k][2] < r->ramp.color[k][1] &&
+                    r->ramp.color[k][1] < r->ramp.color[k][0]);
+    double least[3], below[3];
+    dph_ramp_color(&r->ramp, 0, least);
+    dph_ramp_color(&r->ramp, -1, below);
+    assert_memory_equal(least, below, sizeof least);
+    free(direction);
+    dph_response_destroy(r);
+    dph_transfer_finish(&t);
+    dph_mesh_finish(&mesh);
+}
+
+/* RGB rows are cut, not changed; and what a preset takes. */
+static void forms_and_bytes(void **state)
+{
+    (void)state;
+    struct dph_mesh mesh = make_sphere(1, 12, 8);
+    struct dph_transfer t = zonal_rows(&mesh, glowing);
+    struct dph_response *r = create(&t, DPH_RESPONSE_RGB, 3, DPH_STORE_FLOAT, NULL);
+    float row[9];
+    for (int c = 0; c < 3; c++) {
+        dph_thickness_row(r->channel[c], 5, row);
+        assert_memory_equal(row, t.vector + 5 * 192 + 64 * c, sizeof row);
+    }
+    assert_int_equal(dph_response_payload(r), 108);
+    dph_response_destroy(r);
+
+    static const size_t bytes[4][3] = {{4, 2, 4}, {9, 3, 12}, {16, 4, 16}, {36, 6, 36}};
+    for (int i = 0; i < 4; i++) {
+        struct dph_response_params params = dph_response_defaults();
+        struct dph_error err;
+        assert_true(dph_response_preset((int)bytes[i][0], &params));
+        assert_int_equal(params.bands, bytes[i][1]);
+        assert_non_null(r = dph_response_create(&t, &params, NULL, &err));
+        assert_int_equal(dph_response_payload(r), bytes[i][0]);
+        assert_int_equal(dph_response_fetched(r), bytes[i][2]);
+        assert_int_equal(dph_response_shared(r), 24 * 12);
+        dph_response_destroy(r);
+        assert_false(dph_response_preset((int)bytes[i][0] + 1, &params));
+    }
+    /* compressed: a sphere's rows are alike but for the turn, and 24 weights lose little */
+    for (int form = 0; form < 3; form++) {
+        struct dph_response_report plain, packed;
+        dph_response_destroy(create(&t, (enum dph_response_form)form, 4, DPH_STORE_FLOAT, &plain));
+        r = create(&t, (enum dph_response_form)form, 4, DPH_STORE_CPCA, &packed);
+        assert_int_equal(dph_response_payload(r), 7);
+        assert_true(packed.error < plain.error + .05);
+        dph_response_destroy(r);
+    }
+    dph_transfer_finish(&t);
+    dph_mesh_finish(&mesh);
+}
+
+static bool same(const struct dph_response *a, const struct dph_response *b)
+{
+    const struct dph_thickness *x = a->channel[0], *y = b->channel[0];
+    return !memcmp(&a->ramp, &b->ramp, sizeof a->ramp) && x->components == y->components &&
+           !memcmp(x->data, y->data, x->nvert * (size_t)x->components * dph_store_size(x->store)) &&
+           !memcmp(x->scale, y->scale, sizeof x->scale);
+}
+
+static void bytes_do_not_depend_on_threads(void **state)
+{
+    (void)state;
+    struct dph_mesh mesh = make_sphere(1, 30, 20);
+    struct dph_transfer t = zonal_rows(&mesh, terminated);
+    struct dph_response_params params = dph_response_defaults();
+    struct dph_error err;
+    params.store = DPH_STORE_FLOAT;
+    params.threads = 1;
+    struct dph_response *one = dph_response_create(&t, &params, NULL, &err);
+    params.threads = 5;
+    params.portable = true;
+    struct dph_response *other = dph_response_create(&t, &params, NULL, &err);
+    assert_true(one && other && same(one, other));
+    dph_response_destroy(one);
+    dph_response_destroy(other);
+    dph_transfer_finish(&t);
+    dph_mesh_finish(&mesh);
+}
+
+static bool never(void *user, double fraction)
+{
+    (void)user;
+    return fraction < .5;
+}
+
+static void refusals(void **state)
+{
+    (void)state;
+    struct dph_mesh mesh = make_sphere(1, 8, 6);
+    struct dph_transfer t = zonal_rows(&mesh, glowing);
+    struct dph_response_params params = dph_response_defaults();
+    struct dph_error err = {0};
+    params.bands = 7;
+    assert_null(dph_response_create(&t, &params, NULL, &err));
+    assert_int_equal(err.code, DPH_ERROR_ARGUMENT);
+    params = dph_response_defaults();
+    params.progress = never;
+    assert_null(dph_response_create(&t, &params, NULL, &err));
+    assert_int_equal(err.code, DPH_ERROR_CANCELLED);
+    params = dph_response_defaults();
+    t.vector[200] = NAN;
+    assert_null(dph_response_create(&t, &params, NULL, &err));
+    assert_int_equal(err.code, DPH_ERROR_INPUT);
+    /* no light at all */
+    memset(t.vector, 0, t.npos * t.length * sizeof *t.vector);
+    struct dph_response_report report;
+    struct dph_response *dark = dph_response_create(&t, &params, &report, &err);
+    assert_non_null(dark);
+    double color[3];
+    dph_response_along(dark, 3, (double[3]){0, 0, 1}, 0, color);
+    assert_true(color[0] == 0 && color[1] == 0 && color[2] == 0 && report.error == 0);
+    dph_response_destroy(dark);
+    t.channels = 1;
+    assert_null(dph_response_create(&t, &params, NULL, &err));
+    assert_int_equal(err.code, DPH_ERROR_ARGUMENT);
+    dph_transfer_finish(&t);
+    dph_mesh_finish(&mesh);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(squares_are_recovered), cmocka_unit_test(answers_are_optimal),
+        cmocka_unit_test(roots_beat_sums),       cmocka_unit_test(ramps_give_colors),
+        cmocka_unit_test(forms_and_bytes),       cmocka_unit_test(bytes_do_not_depend_on_threads),
+        cmocka_unit_test(refusals),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
