@@ -28,6 +28,8 @@ enum { MAX_INPUTS = 256, MAX_SIZES = 16, MAX_MATERIALS = 16 };
 /* Everything that options set, with their defaults from settings_init. */
 struct settings {
     const struct command *command;
+    int nword;
+    char **word; /* (nword) of the command line, for the record */
     int ninput;
     const char *input[MAX_INPUTS];
     const char *output;
@@ -213,6 +215,10 @@ int render_reference(const struct settings *settings, const struct dph_material 
 struct dph_comparison;
 struct dph_judge_params;
 int compare_methods(const struct settings *settings);
+/* compare_figures.c: comparison.png and report.html in the output's folder. An exit code. */
+int compare_figures(const struct settings *settings, const struct dph_comparison *comparison);
+/* The command line as a shell would read it back. free() it; NULL: out of memory. */
+char *command_text(const struct settings *settings);
 /* What the options say, but for methods, materials and lights. */
 void judge_params(const struct settings *settings, struct dph_judge_params *params);
 

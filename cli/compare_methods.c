@@ -305,7 +305,8 @@ int compare_methods(const struct settings *settings)
         goto error;
     for (size_t i = 0; i < comparison->nwarning; i++)
         warn(settings, "%s", comparison->warning[i]);
-    if (!save_metrics(settings, comparison, &code))
+    if (!save_metrics(settings, comparison, &code) ||
+        (code = compare_figures(settings, comparison)) != EXIT_DONE)
         goto done;
     if (!settings->json && !settings->quiet)
         print(settings, comparison);

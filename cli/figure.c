@@ -164,6 +164,12 @@ const char *figure_print(int which, double value, char out[24])
     return out;
 }
 
+bool figure_same(int which, double a, double b)
+{
+    char first[24], second[24];
+    return !isnan(a) && strcmp(figure_print(which, a, first), figure_print(which, b, second)) == 0;
+}
+
 void figure_print_light(const struct dph_judge_light *light, char out[96])
 {
     double azimuth = fmod(light->azimuth, 360);

@@ -48,6 +48,8 @@ double figure_of(const struct dph_scores *scores, int which);
 double figure_of_noise(const struct dph_noise *noise, int which);
 /* Whether a is the better one, where both are numbers. */
 bool figure_better(int which, double a, double b);
+/* Whether they look the same as printed. */
+bool figure_same(int which, double a, double b);
 /* "0.213", "31.2"; a dash for what is no number. */
 const char *figure_print(int which, double value, char out[24]);
 

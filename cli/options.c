@@ -697,6 +697,8 @@ bool settings_parse(struct settings *settings, int argc, char **argv, int first)
 {
     const struct command *command = settings->command;
     bool plain = false; /* after "--" nothing is an option */
+    settings->nword = argc;
+    settings->word = argv;
     for (int i = first; i < argc; i++) {
         if (!plain && strcmp(argv[i], "--") == 0) {
             plain = true;

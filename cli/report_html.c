@@ -184,7 +184,7 @@ static void put_row(const struct report *r, const struct dph_entry *entry, const
             double value = figure_of(&shot->scores, i);
             char number[24], classes[32];
             snprintf(classes, sizeof classes, "%s%s%s", i ? "" : "first ",
-                     value == best[l * FIGURES + (size_t)i] ? "best " : "",
+                     figure_same(i, value, best[l * FIGURES + (size_t)i]) ? "best " : "",
                      shot->noisy && i == 0 ? "noisy" : "");
             put_cell(r, classes, value, figure_print(i, value, number), shot->warning);
         }

@@ -208,7 +208,7 @@ static void put_scores(const struct sheet *sheet, size_t column, double y,
     for (int i = 0; i < FIGURES; i++) {
         double value = figure_of(&shot->scores, i);
         canvas_text(sheet->canvas, right, y + (i + 1) * LINE,
-                    value == best[i] ? &best_type : &number_type, figure_print(i, value, text));
+                    figure_same(i, value, best[i]) ? &best_type : &number_type, figure_print(i, value, text));
     }
 }
 

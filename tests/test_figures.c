@@ -92,7 +92,8 @@ static void fill_entry(struct dph_entry *entry, int method, bool fitted, bool sh
     entry->shot = calloc(LIGHTS, sizeof *entry->shot);
     for (int l = 0; l < LIGHTS; l++) {
         struct dph_shot *shot = &entry->shot[l];
-        shot->scores = (struct dph_scores){30 - 20 * error, 1 - error / 4, error / 3, error, error};
+        shot->scores = (struct dph_scores){
+            .psnr = 30 - 20 * error, .ssim = 1 - error / 4, .flip = error / 3, .rmse = error};
         shot->noisy = method == 4 && l == 2;
         if (shot->noisy)
             strcpy(shot->warning, "closer to the reference than its noise");
@@ -127,7 +128,8 @@ static void fill_material(struct dph_judged *judged, const char *name, double ga
             truth->mask[i] = truth->image.pixel[4 * i + 3] > 0;
             truth->pixels += truth->mask[i];
         }
-        truth->noise = (struct dph_noise){41.5, 0.994, 0.011, l == 1 ? (double)NAN : 0.013};
+        truth->noise = (struct dph_noise){
+            .psnr = 41.5, .ssim = 0.994, .flip = 0.011, .rmse = l == 1 ? (double)NAN : 0.013};
     }
     judged->entry = calloc(ENTRIES, sizeof *judged->entry);
     for (int m = 0; m < METHODS; m++)
@@ -319,7 +321,8 @@ static void test_hostile(void **state)
     strcpy(entry[0].variant, "<u>' onerror='alert(3)");
     strcpy(entry[1].variant, entry[0].variant);
     strcpy(entry[0].shot[0].warning, "\"<q>");
-    entry[0].shot[0].scores = (struct dph_scores){INFINITY, NAN, NAN, NAN, NAN};
+    entry[0].shot[0].scores = (struct dph_scores){
+        .psnr = INFINITY, .ssim = NAN, .flip = NAN, .rmse = NAN};
     entry[2].shot[1].image.pixel[4] = NAN;
     entry[2].shot[1].flip[0] = NAN;
     entry[2].seconds = entry[2].milliseconds = NAN;
