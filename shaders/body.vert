@@ -7,40 +7,46 @@
 
 layout(location = 0) in vec3 a_position;
 layout(location = 1) in vec3 a_normal;
+
 #if DPH_VECTORS > 0
-layout(location = 2) in vec4 a_sh0;
+#if DPH_BYTES == 4
+layout(location = 2) in vec4 a_coefficient[DPH_VECTORS];
+
+vec4 coefficient_at(int i)
+{
+    return a_coefficient[i];
+}
+#else
+#ifdef DPH_CLUSTERED
+#define WORDS (DPH_VECTORS + 1)
+#else
+#define WORDS (DPH_VECTORS * DPH_BYTES)
 #endif
-#if DPH_VECTORS > 1
-layout(location = 3) in vec4 a_sh1;
+// Signed integers as they are stored, four bytes or two shorts a word, the first in the lowest bits.
+// What makes them numbers up to 1 is in the light's values.
+layout(location = 2) in uvec4 a_word[(WORDS + 3) / 4];
+
+vec4 coefficient_at(int i)
+{
+#if DPH_BYTES == 2
+    int low = int(a_word[i / 2][2 * i % 4]), high = int(a_word[i / 2][2 * i % 4 + 1]);
+    return vec4(ivec4(low << 16, low, high << 16, high) >> 16);
+#else
+    int word = int(a_word[i / 4][i % 4]);
+    return vec4(ivec4(word << 24, word << 16, word << 8, word) >> 24);
 #endif
-#if DPH_VECTORS > 2
-layout(location = 4) in vec4 a_sh2;
+}
 #endif
-#if DPH_VECTORS > 3
-layout(location = 5) in vec4 a_sh3;
-#endif
-#if DPH_VECTORS > 4
-layout(location = 6) in vec4 a_sh4;
-#endif
-#if DPH_VECTORS > 5
-layout(location = 7) in vec4 a_sh5;
-#endif
-#if DPH_VECTORS > 6
-layout(location = 8) in vec4 a_sh6;
-#endif
-#if DPH_VECTORS > 7
-layout(location = 9) in vec4 a_sh7;
-#endif
-#if DPH_VECTORS > 8
-layout(location = 10) in vec4 a_sh8;
 #endif
 
 #ifdef DPH_CLUSTERED
-// coefficients are weights of the vectors of a cluster; they sum to what it lacks to its mean
-layout(location = 11) in uint a_cluster;
-// a row a cluster, 1 + DPH_VECTORS texels a light: what the light makes of the mean (in x), and of
-// four vectors each
+// Coefficients are weights of the vectors of a cluster; they sum to what it lacks to its mean. The
+// last word is the cluster's number.
+//
+// u_table: a row a cluster, 1 + DPH_VECTORS texels a light: what the light makes of the mean (in x),
+// and of four vectors each.
 uniform sampler2D u_table;
+uniform float u_weight; // what makes a weight of an integer
 #endif
 
 uniform mat4 u_clip;   // body to clip space
@@ -50,9 +56,17 @@ uniform mat3 u_normal; // inverse transpose of the placement, up to a positive f
 // centroid: at the edge of a triangle nothing is extrapolated beyond it, which would show as a
 // fringe
 centroid out vec3 v_position;
-centroid out vec3 v_normal;
 #if DPH_VECTORS > 0
-centroid out float v_thickness[DPH_LIGHTS];
+// what is interpolated goes in fours: normal, and thickness towards the first light; towards others
+centroid out vec4 v_surface;
+#if DPH_LIGHTS > 1
+centroid out vec4 v_more[(DPH_LIGHTS + 2) / 4];
+#endif
+#ifdef DPH_PROBE
+out float v_thickness;
+#endif
+#else
+centroid out vec3 v_normal;
 #endif
 
 void main()
@@ -60,44 +74,33 @@ void main()
     vec4 position = vec4(a_position, 1.0);
     gl_Position = u_clip * position;
     v_position = (u_place * position).xyz;
-    v_normal = dph_unit(u_normal * a_normal);
+    vec3 normal = dph_unit(u_normal * a_normal);
 #if DPH_VECTORS > 0
     vec4 coefficient[DPH_VECTORS];
-    coefficient[0] = a_sh0;
-#if DPH_VECTORS > 1
-    coefficient[1] = a_sh1;
-#endif
-#if DPH_VECTORS > 2
-    coefficient[2] = a_sh2;
-#endif
-#if DPH_VECTORS > 3
-    coefficient[3] = a_sh3;
-#endif
-#if DPH_VECTORS > 4
-    coefficient[4] = a_sh4;
-#endif
-#if DPH_VECTORS > 5
-    coefficient[5] = a_sh5;
-#endif
-#if DPH_VECTORS > 6
-    coefficient[6] = a_sh6;
-#endif
-#if DPH_VECTORS > 7
-    coefficient[7] = a_sh7;
-#endif
-#if DPH_VECTORS > 8
-    coefficient[8] = a_sh8;
-#endif
+    for (int i = 0; i < DPH_VECTORS; i++)
+        coefficient[i] = coefficient_at(i);
+    float thickness[DPH_LIGHTS];
     for (int i = 0; i < DPH_LIGHTS; i++) {
 #ifdef DPH_CLUSTERED
-        ivec2 at = ivec2(i * (1 + DPH_VECTORS), int(a_cluster));
+        ivec2 at = ivec2(i * (1 + DPH_VECTORS), int(a_word[DPH_VECTORS / 4][DPH_VECTORS % 4]));
         vec4 value[DPH_VECTORS];
         for (int j = 0; j < DPH_VECTORS; j++)
             value[j] = texelFetch(u_table, at + ivec2(1 + j, 0), 0);
-        v_thickness[i] = texelFetch(u_table, at, 0).x + dph_thickness(coefficient, value);
+        thickness[i] =
+            texelFetch(u_table, at, 0).x + u_weight * dph_thickness(coefficient, value);
 #else
-        v_thickness[i] = dph_thickness(coefficient, u_light[i].sh);
+        thickness[i] = dph_thickness(coefficient, u_light[i].sh);
 #endif
     }
+    v_surface = vec4(normal, thickness[0]);
+#if DPH_LIGHTS > 1
+    for (int i = 1; i < DPH_LIGHTS; i++)
+        v_more[(i - 1) / 4][(i - 1) % 4] = thickness[i];
+#endif
+#ifdef DPH_PROBE
+    v_thickness = thickness[0];
+#endif
+#else
+    v_normal = normal;
 #endif
 }

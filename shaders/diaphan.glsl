@@ -31,6 +31,25 @@
 #define DPH_CURVE_SLAB 0
 #define DPH_CURVE_EXP 1
 
+// Members of a material that decide what is computed. An engine that knows one when it compiles
+// defines it as a constant before the include, `#define DPH_SPECULAR 0.0` say, and what it decides
+// against costs nothing.
+#ifndef DPH_FORMULA
+#define DPH_FORMULA m.formula
+#endif
+#ifndef DPH_CURVE
+#define DPH_CURVE m.curve
+#endif
+#ifndef DPH_SPECULAR
+#define DPH_SPECULAR m.specular
+#endif
+#ifndef DPH_RIM
+#define DPH_RIM m.rim
+#endif
+#ifndef DPH_AMBIENT
+#define DPH_AMBIENT m.ambient
+#endif
+
 // A material's constants: struct dph_material_constants of diaphan/material.h, where each is
 // explained.
 struct DphMaterial {
@@ -42,6 +61,12 @@ struct DphMaterial {
     float specular, shininess, f0;
     float rim, rim_power, ambient;
 };
+
+// Whether it has a highlight.
+bool dph_shines(DphMaterial m)
+{
+    return DPH_SPECULAR > 0.0;
+}
 
 // v made unit length; 0 stays 0.
 vec3 dph_unit(vec3 v)
@@ -64,19 +89,21 @@ float dph_thickness(vec4 coefficient[DPH_VECTORS], vec4 light[DPH_VECTORS])
 
 // Share of light that comes through `d` mm of the material, per channel; 1 where d <= 0. Diffusion
 // slab with extrapolated boundaries, capped at 1, or an exponential.
+//
+// Of the slab, numerator * rate / sinh(rate w) with w = d + offset. sinh(x) / x is a polynomial in
+// x^2 here, which costs no exponential and needs no series near 0: its coefficients minimise the
+// largest error of the result over all media and thicknesses, which is below 5e-4
+// (dph_material_transmittance is exact).
 vec3 dph_transmittance(DphMaterial m, float d)
 {
     d = max(d, 0.0);
-    if (m.curve == DPH_CURVE_EXP)
+    if (DPH_CURVE == DPH_CURVE_EXP)
         return exp(-m.rate * d);
-    // rate / sinh(rate w): a series where the exponentials would cancel, no overflow for large w
-    vec3 w = m.offset + d;
-    vec3 x = m.rate * w;
-    vec3 x2 = x * x;
-    vec3 series = 1.0 / (w * (1.0 + x2 / 6.0 * (1.0 + x2 / 20.0)));
-    vec3 e = exp(-max(x, 0.25));
-    vec3 exponential = 2.0 * m.rate * e / (1.0 - e * e);
-    return min(m.numerator * mix(exponential, series, lessThan(x, vec3(0.25))), 1.0);
+    vec3 w = m.offset + d, y = m.rate * w;
+    y *= y;
+    vec3 sinh_over_x =
+        1.0 + y * (0.16575616 + y * (8.7985078e-3 + y * (1.3569344e-4 + y * 5.4375459e-6)));
+    return min(m.numerator / (w * sinh_over_x), 1.0);
 }
 
 // Highlight of a dielectric: normalised Blinn-Phong (the factor keeps its energy for every
@@ -101,12 +128,12 @@ vec3 dph_radiance(DphMaterial m, float thickness, vec3 normal, vec3 to_light, ve
 {
     float mu = dot(normal, to_light);
     vec3 t = dph_transmittance(m, thickness);
-    vec3 result = m.formula == DPH_FORMULA_PAPER
+    vec3 result = DPH_FORMULA == DPH_FORMULA_PAPER
                       ? m.front * max(mu, 0.0) + m.base * t
-                      : t * (m.base + m.front * max(mu, 0.0) + m.back * max(-mu, 0.0));
-    if (m.specular > 0.0)
+                      : t * (m.base + abs(mu) * (mu > 0.0 ? m.front : m.back));
+    if (dph_shines(m))
         result += dph_specular(m, normal, to_light, to_eye);
-    if (m.rim > 0.0)
+    if (DPH_RIM > 0.0)
         result += t * m.rim / DPH_PI * pow(clamp(1.0 - dot(normal, to_eye), 1e-6, 1.0), m.rim_power);
     return irradiance * result;
 }
@@ -115,7 +142,7 @@ vec3 dph_radiance(DphMaterial m, float thickness, vec3 normal, vec3 to_light, ve
 vec3 dph_lambert(DphMaterial m, vec3 normal, vec3 to_light, vec3 to_eye, vec3 irradiance)
 {
     vec3 result = m.albedo * (max(dot(normal, to_light), 0.0) / DPH_PI);
-    if (m.specular > 0.0)
+    if (dph_shines(m))
         result += dph_specular(m, normal, to_light, to_eye);
     return irradiance * result;
 }
@@ -123,7 +150,7 @@ vec3 dph_lambert(DphMaterial m, vec3 normal, vec3 to_light, vec3 to_eye, vec3 ir
 // Radiance caused by light of equal radiance from everywhere.
 vec3 dph_ambient(DphMaterial m)
 {
-    return m.albedo * m.ambient;
+    return m.albedo * DPH_AMBIENT;
 }
 
 #endif

@@ -9,7 +9,7 @@ uniform DphMaterial u_material;
 void main()
 {
     vec3 radiance = max(v_radiance, 0.0) + dph_ambient(u_material);
-    if (u_material.specular > 0.0)
+    if (dph_shines(u_material))
         for (int i = 0; i < DPH_LIGHTS; i++)
             radiance += u_light[i].irradiance * dph_specular(u_material, surface_normal(),
                                                              u_light[i].to_light, surface_to_eye());

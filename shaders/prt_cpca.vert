@@ -5,23 +5,14 @@
 
 layout(location = 0) in vec3 a_position;
 layout(location = 1) in vec3 a_normal;
-layout(location = 2) in uint a_cluster;
-layout(location = 3) in vec4 a_weight0;
-layout(location = 4) in vec4 a_weight1;
-layout(location = 5) in vec4 a_weight2;
-layout(location = 6) in vec4 a_weight3;
-layout(location = 7) in vec4 a_weight4;
-layout(location = 8) in vec4 a_weight5;
-layout(location = 9) in vec4 a_weight6;
-layout(location = 10) in vec4 a_weight7;
-layout(location = 11) in vec4 a_weight8;
+// weights as signed bytes, four a word, the first in the lowest bits; then the cluster's number
+layout(location = 2) in uvec4 a_word[(DPH_WEIGHTS + 4) / 4];
 
 uniform mat4 u_clip;
 uniform mat4 u_place;
 uniform mat3 u_normal;
 
-uniform samplerBuffer u_table; // a cluster: radiance of the mean, then of 4 u_vectors vectors
-uniform int u_vectors;         // vec4 of weights in use
+uniform samplerBuffer u_table; // a cluster: radiance of the mean, then of 4 DPH_WEIGHTS vectors
 
 centroid out vec3 v_position;
 centroid out vec3 v_normal;
@@ -33,12 +24,13 @@ void main()
     gl_Position = u_clip * position;
     v_position = (u_place * position).xyz;
     v_normal = dph_unit(u_normal * a_normal);
-    vec4 weight[9] = vec4[9](a_weight0, a_weight1, a_weight2, a_weight3, a_weight4, a_weight5,
-                             a_weight6, a_weight7, a_weight8);
-    int at = int(a_cluster) * (1 + 4 * u_vectors);
-    vec3 sum = texelFetch(u_table, at).rgb;
-    for (int i = 0; i < u_vectors; i++)
+    int at = int(a_word[DPH_WEIGHTS / 4][DPH_WEIGHTS % 4]) * (1 + 4 * DPH_WEIGHTS);
+    vec3 sum = vec3(0.0);
+    for (int i = 0; i < DPH_WEIGHTS; i++) {
+        int word = int(a_word[i / 4][i % 4]);
+        vec4 weight = vec4(ivec4(word << 24, word << 16, word << 8, word) >> 24);
         for (int k = 0; k < 4; k++)
-            sum += weight[i][k] * texelFetch(u_table, at + 1 + 4 * i + k).rgb;
-    v_radiance = sum;
+            sum += weight[k] * texelFetch(u_table, at + 1 + 4 * i + k).rgb;
+    }
+    v_radiance = texelFetch(u_table, at).rgb + sum / 127.0;
 }

@@ -10,7 +10,7 @@ void main()
     for (int i = 0; i < DPH_LIGHTS; i++) {
         vec3 to_light, irradiance;
         surface_light(i, to_light, irradiance);
-        radiance += dph_radiance(u_material, v_thickness[i], normal, to_light, to_eye, irradiance);
+        radiance += dph_radiance(u_material, surface_thickness(i), normal, to_light, to_eye, irradiance);
     }
     o_color = vec4(radiance, 1.0);
 }

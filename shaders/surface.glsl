@@ -3,9 +3,14 @@
 #include "frame.glsl"
 
 centroid in vec3 v_position;
-centroid in vec3 v_normal;
 #if DPH_VECTORS > 0
-centroid in float v_thickness[DPH_LIGHTS];
+centroid in vec4 v_surface;
+#if DPH_LIGHTS > 1
+centroid in vec4 v_more[(DPH_LIGHTS + 2) / 4];
+#endif
+#define v_normal v_surface.xyz
+#else
+centroid in vec3 v_normal;
 #endif
 
 layout(location = 0) out vec4 o_color; // linear radiance; alpha is coverage
@@ -13,8 +18,8 @@ layout(location = 0) out vec4 o_color; // linear radiance; alpha is coverage
 // The normal of the side that is seen: an open sheet looks the same from both.
 vec3 surface_normal()
 {
-    vec3 n = dph_unit(v_normal);
-    return gl_FrontFacing ? n : -n;
+    float side = gl_FrontFacing ? 1.0 : -1.0;
+    return v_normal * (side * inversesqrt(max(dot(v_normal, v_normal), 1e-30)));
 }
 
 // Direction to a light and its irradiance at this point.
@@ -37,3 +42,15 @@ vec3 surface_to_eye()
 {
     return dph_unit(-v_position);
 }
+
+#if DPH_VECTORS > 0
+// Thickness towards a light, interpolated, in mm.
+float surface_thickness(int i)
+{
+#if DPH_LIGHTS > 1
+    if (i > 0)
+        return v_more[(i - 1) / 4][(i - 1) % 4];
+#endif
+    return v_surface.w;
+}
+#endif

@@ -5,5 +5,5 @@ uniform float u_gain; // grey per millimetre
 
 void main()
 {
-    o_color = vec4(vec3(max(v_thickness[0], 0.0) * u_gain), 1.0);
+    o_color = vec4(vec3(max(surface_thickness(0), 0.0) * u_gain), 1.0);
 }

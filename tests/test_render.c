@@ -216,7 +216,10 @@ static void test_formulas(void **state)
                         want += 0 * sine; /* no rim: the eye is on the normal */
                         want = PI * want + (double)(k.ambient * k.albedo[c]);
                         double got = (double)pixel_at(&image, 4, 4)[c];
-                        if (!(fabs(got - want) <= 2e-4 * want + 1e-7))
+                        /* sinh in the shader is a polynomial */
+                        double slack = variant & 1 ? 1e-7 : 5e-4 * PI *
+                                       (double)(k.base[c] + k.front[c] + k.back[c]);
+                        if (!(fabs(got - want) <= 2e-4 * want + slack))
                             fail_msg("%s, variant %d, %g mm, elevation %g, channel %d: %g, not %g",
                                      names[m], variant, 2 * lengths[i], elevations[e], c, got,
                                      want);

@@ -45,17 +45,19 @@ static void test_stages(void **state)
     (void)state;
     static const struct {
         const char *name, *stage;
-        int vectors;
-    } stages[] = {{"body.vert", "vert", 0},     {"body.vert", "vert", 1},
-                  {"body.vert", "vert", 4},     {"body.vert", "vert", 9},
-                  {"clustered.vert", "vert", 1}, {"clustered.vert", "vert", 9},
-                  {"shsss.frag", "frag", 9},    {"lambert.frag", "frag", 0},
-                  {"thickness.frag", "frag", 9}};
+        int vectors, bytes;
+    } stages[] = {{"body.vert", "vert", 0, 0},      {"body.vert", "vert", 1, 4},
+                  {"body.vert", "vert", 4, 1},      {"body.vert", "vert", 9, 1},
+                  {"body.vert", "vert", 4, 2},      {"body.vert", "vert", 9, 2},
+                  {"body.vert", "vert", 9, 4},      {"clustered.vert", "vert", 1, 1},
+                  {"clustered.vert", "vert", 9, 1}, {"shsss.frag", "frag", 9, 1},
+                  {"lambert.frag", "frag", 0, 0},   {"thickness.frag", "frag", 9, 4}};
     for (size_t i = 0; i < sizeof stages / sizeof *stages; i++)
         for (int lights = 1; lights <= DPH_MAX_LIGHTS; lights += 15) {
             char defines[100], what[100];
-            snprintf(defines, sizeof defines, "#define DPH_LIGHTS %d\n#define DPH_VECTORS %d\n",
-                     lights, stages[i].vectors);
+            snprintf(defines, sizeof defines,
+                     "#define DPH_LIGHTS %d\n#define DPH_VECTORS %d\n#define DPH_BYTES %d\n",
+                     lights, stages[i].vectors, stages[i].bytes);
             snprintf(what, sizeof what, "%s, %d vectors, %d lights", stages[i].name,
                      stages[i].vectors, lights);
             struct dph_error err = {0};

@@ -48,7 +48,7 @@ only() { # pattern of the include, allowed files
     [ -z "$found" ] || complain "only $2 may include $1: $found"
 }
 only 'jansson' 'src/(mesh|shade)/[a-z_]+\.[ch]'
-only 'meshoptimizer' 'src/mesh/gltf[a-z_]*\.c'
+only 'meshoptimizer' 'src/(mesh/gltf[a-z_]*|render/order)\.c'
 only 'embree' 'src/trace/ray\.c'
 only '(png|openexr)' 'src/image/[a-z_]+\.c'
 only '(epoxy|EGL|GL)/' 'src/render/[a-z_]+\.[ch]'

@@ -49,6 +49,18 @@ void dph_light_constants(const struct dph_light *light, const struct dph_thickne
                          const float matrix[16], double mm_per_unit, int bands,
                          enum dph_window window, struct dph_light_constants *out);
 
+/* Level of detail: how many bands of thickness a light is worth, a number from 2 to DPH_DRAW_BANDS.
+ * `to_light` and `to_eye` lead away from the body, any length. 2 where the light is well in front
+ * of the body, as the camera sees it, so that what is seen is lit from outside and its thickness is
+ * next to nothing; all where the light is level with it or behind, and shines through. It changes
+ * continuously with both directions; a length of 0 gives DPH_DRAW_BANDS. */
+double dph_light_detail(const double to_light[3], const double to_eye[3]);
+
+/* Takes out what is beyond that many bands: the values of degree l are multiplied by a smooth
+ * function of bands - l that is 0 up to 0 and 1 from 1 on. So a band has vanished when it is no
+ * longer needed, and nothing jumps when the attributes that hold it are not fetched any more. */
+void dph_light_fade(struct dph_light_constants *constants, double bands);
+
 #ifdef __cplusplus
 }
 #endif

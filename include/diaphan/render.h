@@ -49,6 +49,8 @@ const struct dph_method *dph_method_find(const char *name);
 /* Everything that a picture depends on besides the scene. struct dph_frame f =
  * dph_frame_defaults(); */
 #define DPH_MAX_LIGHTS 16
+/* As many bands as each light needs where it stands (dph_light_detail, light.h). */
+#define DPH_BANDS_AUTO (-1)
 struct dph_frame {
     const struct dph_method *method;      /* shsss                                                 */
     struct dph_material material;         /* wax                                                   */
@@ -58,7 +60,7 @@ struct dph_frame {
     int width, height;                    /* 1280 x 800                                            */
     double background[3];                 /* linear, 0                                             */
     double mm_per_unit;                   /* 0: the scene's, else 25 mm for the largest side       */
-    int bands;                            /* 0: all that are stored                                */
+    int bands;                            /* 0: all that are stored; DPH_BANDS_AUTO                */
     enum dph_window window;               /* DPH_WINDOW_NONE                                       */
     int samples;                          /* multisampling, 1 to 16, less where GL has less; 4      */
     int map_size;                         /* depth maps: texels a side, a power of two, 16 to 8192; 1024 */

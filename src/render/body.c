@@ -1,10 +1,11 @@
-/* A body's buffers: positions and normals interleaved, coefficients exactly as they are stored.
+/* A body's buffers: a row a vertex, position and normal and what is stored of thickness behind them.
  *
- * Coefficients go to the GPU as the bake packed them, float or normalized integers: the fetch of
- * the vertex stage unpacks them, and the scale of each band is in the light's values already. A
- * body without normals is flat, so its corners become vertices of their own with the normal of
- * their face; a renderer that is asked not to share vertices does the same to all bodies. A mesh
- * whose indices are just 0, 1, 2, ... is drawn without an index buffer. */
+ * Coefficients go to the GPU as the bake packed them. Integers are fetched as words, four words an
+ * attribute, and taken apart by the vertex stage: an attribute costs about as much for sixteen bytes
+ * as for four, and none of them has to be turned into a number of its own before the stage begins.
+ * The scale of each band is in the light's values already. A body without normals is flat, so its
+ * corners become vertices of their own with the normal of their face; a renderer that is asked not
+ * to share vertices does the same to all bodies; all others are put in order first (order.c). */
 #include "render/draw.h"
 
 #include "core/fail.h"
@@ -15,10 +16,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The mesh's vertex behind row r of the buffers. */
-static size_t vertex_of(const struct dph_gpu_body *gpu, const struct dph_mesh *mesh, size_t row)
+size_t dph_gpu_vertex(const struct dph_gpu_body *gpu, const struct dph_mesh *mesh, size_t r)
 {
-    return gpu->expanded ? mesh->index[row] : row;
+    return gpu->vertex ? gpu->vertex[r] : mesh->index[r];
 }
 
 static void face_normal(const struct dph_mesh *mesh, size_t triangle, float out[3])
@@ -38,64 +38,112 @@ static void face_normal(const struct dph_mesh *mesh, size_t triangle, float out[
         out[k] = length > 0 ? (float)(n[k] / length) : 0;
 }
 
-/* (nvert x 6) positions relative to the origin, and normals. */
-static bool upload_vertices(struct dph_gpu_body *gpu, const struct dph_mesh *mesh,
-                            struct dph_error *err)
+unsigned char *dph_gpu_rows_fill(const struct dph_gpu_body *gpu, const struct dph_mesh *mesh,
+                                 size_t extra, struct dph_error *err)
 {
-    float *row = dph_alloc(gpu->nvert, 6 * sizeof *row);
-    if (!row)
-        return dph_fail_memory(err);
+    unsigned char *data = dph_alloc_zero(gpu->nvert, DPH_ROW + extra);
+    if (!data) {
+        dph_fail_memory(err);
+        return NULL;
+    }
     for (size_t r = 0; r < gpu->nvert; r++) {
-        size_t v = vertex_of(gpu, mesh, r);
+        size_t v = dph_gpu_vertex(gpu, mesh, r);
+        float row[6];
         for (size_t k = 0; k < 3; k++)
-            row[6 * r + k] = (float)((double)mesh->position[3 * v + k] - gpu->origin[k]);
+            row[k] = (float)((double)mesh->position[3 * v + k] - gpu->origin[k]);
         if (mesh->normal)
-            memcpy(row + 6 * r + 3, mesh->normal + 3 * v, 3 * sizeof *row);
+            memcpy(row + 3, mesh->normal + 3 * v, 3 * sizeof *row);
         else
-            face_normal(mesh, r / 3, row + 6 * r + 3);
+            face_normal(mesh, r / 3, row + 3);
+        memcpy(data + r * (DPH_ROW + extra), row, sizeof row);
     }
-    glGenBuffers(1, &gpu->vertices);
-    glBindBuffer(GL_ARRAY_BUFFER, gpu->vertices);
-    glBufferData(GL_ARRAY_BUFFER, (GLsizeiptr)(gpu->nvert * 6 * sizeof *row), row, GL_STATIC_DRAW);
-    free(row);
-    for (GLuint i = 0; i < 2; i++) {
-        glEnableVertexAttribArray(i);
-        glVertexAttribPointer(i, 3, GL_FLOAT, GL_FALSE, 6 * sizeof *row,
-                              (const void *)(uintptr_t)(i * 3 * sizeof *row));
-    }
-    return true;
+    return data;
 }
 
-static bool upload_coefficients(struct dph_gpu_body *gpu, const struct dph_mesh *mesh,
-                                const struct dph_thickness *thickness, struct dph_error *err)
+void dph_gpu_rows_upload(struct dph_gpu_rows *rows, const struct dph_gpu_body *gpu,
+                         unsigned char *data, size_t extra)
 {
-    if (thickness->store == DPH_STORE_CPCA)
-        return dph_clusters_upload(gpu, mesh, thickness, err);
-    size_t bytes = (size_t)thickness->components * dph_store_size(thickness->store);
-    const char *data = thickness->data;
-    char *expanded = NULL;
-    if (gpu->expanded) {
-        if (!(expanded = dph_alloc(gpu->nvert, bytes)))
-            return dph_fail_memory(err);
-        for (size_t r = 0; r < gpu->nvert; r++)
-            memcpy(expanded + r * bytes, data + vertex_of(gpu, mesh, r) * bytes, bytes);
-        data = expanded;
+    const size_t stride = DPH_ROW + extra;
+    dph_gpu_rows_finish(rows);
+    glGenVertexArrays(1, &rows->array);
+    glBindVertexArray(rows->array);
+    if (gpu->indexed)
+        glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, gpu->indices);
+    glGenBuffers(1, &rows->buffer);
+    glBindBuffer(GL_ARRAY_BUFFER, rows->buffer);
+    glBufferData(GL_ARRAY_BUFFER, (GLsizeiptr)(gpu->nvert * stride), data, GL_STATIC_DRAW);
+    free(data);
+    for (GLuint i = 0; i < 2; i++) {
+        glEnableVertexAttribArray(i);
+        glVertexAttribPointer(i, 3, GL_FLOAT, GL_FALSE, (GLsizei)stride,
+                              (const void *)(uintptr_t)(i * 3 * sizeof(float)));
     }
-    glGenBuffers(1, &gpu->coefficients);
-    glBindBuffer(GL_ARRAY_BUFFER, gpu->coefficients);
-    glBufferData(GL_ARRAY_BUFFER, (GLsizeiptr)(gpu->nvert * bytes), data, GL_STATIC_DRAW);
-    free(expanded);
+}
+
+void dph_gpu_rows_words(size_t words, GLenum type, size_t extra)
+{
+    const GLsizei stride = (GLsizei)(DPH_ROW + extra);
+    for (size_t i = 0; i < words; i += 4) {
+        GLuint location = (GLuint)(DPH_EXTRA + i / 4);
+        GLint size = words - i < 4 ? (GLint)(words - i) : 4;
+        const void *offset = (const void *)(uintptr_t)(DPH_ROW + 4 * i);
+        glEnableVertexAttribArray(location);
+        if (type == GL_FLOAT)
+            glVertexAttribPointer(location, size, GL_FLOAT, GL_FALSE, stride, offset);
+        else
+            glVertexAttribIPointer(location, size, type, stride, offset);
+    }
+}
+
+void dph_gpu_rows_finish(struct dph_gpu_rows *rows)
+{
+    glDeleteVertexArrays(1, &rows->array);
+    glDeleteBuffers(1, &rows->buffer);
+    *rows = (struct dph_gpu_rows){0};
+}
+
+/* The lowest integer means -1, as its neighbour does; the vertex stage knows only the neighbour. */
+static void avoid_lowest(unsigned char *row, size_t components, size_t size)
+{
+    for (size_t i = 0; i < components; i++) {
+        if (size == 1 && row[i] == 0x80)
+            row[i] = 0x81;
+        int16_t value;
+        if (size == 2 && (memcpy(&value, row + 2 * i, 2), value == INT16_MIN)) {
+            value = -INT16_MAX;
+            memcpy(row + 2 * i, &value, 2);
+        }
+    }
+}
+
+/* What is stored of thickness, the number of the cluster behind weights. */
+static bool upload_baked(struct dph_gpu_body *gpu, const struct dph_mesh *mesh,
+                         const struct dph_thickness *thickness, struct dph_error *err)
+{
+    const bool clustered = thickness->store == DPH_STORE_CPCA;
+    const size_t size = dph_store_size(thickness->store);
+    const size_t stored = (size_t)thickness->components * size;
     gpu->vectors =
         thickness->components / 4 < DPH_MAX_VECTORS ? thickness->components / 4 : DPH_MAX_VECTORS;
-    GLenum type = thickness->store == DPH_STORE_FLOAT     ? GL_FLOAT
-                  : thickness->store == DPH_STORE_SNORM16 ? GL_SHORT
-                                                          : GL_BYTE;
-    for (int i = 0; i < gpu->vectors; i++) {
-        size_t offset = (size_t)i * 4 * dph_store_size(thickness->store);
-        glEnableVertexAttribArray((GLuint)(2 + i));
-        glVertexAttribPointer((GLuint)(2 + i), 4, type, GL_TRUE, (GLsizei)bytes,
-                              (const void *)(uintptr_t)offset);
+    gpu->bytes = (int)size;
+    if (clustered && !dph_clusters_init(gpu, thickness, err))
+        return false;
+    const size_t drawn = 4 * size * (size_t)gpu->vectors, extra = drawn + (clustered ? 4 : 0);
+    unsigned char *data = dph_gpu_rows_fill(gpu, mesh, extra, err);
+    if (!data)
+        return false;
+    for (size_t r = 0; r < gpu->nvert; r++) {
+        size_t v = dph_gpu_vertex(gpu, mesh, r);
+        unsigned char *row = data + r * (DPH_ROW + extra) + DPH_ROW;
+        memcpy(row, (const char *)thickness->data + v * stored, drawn);
+        avoid_lowest(row, drawn / size, size);
+        if (clustered) {
+            uint32_t cluster = thickness->cluster[v];
+            memcpy(row + drawn, &cluster, sizeof cluster);
+        }
     }
+    dph_gpu_rows_upload(&gpu->baked, gpu, data, extra);
+    dph_gpu_rows_words(extra / 4, size == 4 ? GL_FLOAT : GL_UNSIGNED_INT, extra);
     return true;
 }
 
@@ -113,12 +161,8 @@ bool dph_gpu_body_init(struct dph_gpu_body *gpu, const struct dph_body *body, bo
         return dph_fail(err, DPH_ERROR_ARGUMENT, "thickness of %zu vertices for a mesh of %zu",
                         body->thickness->nvert, mesh->nvert);
     gpu->count = (GLsizei)(3 * mesh->ntri);
-    gpu->expanded = unshared || !mesh->normal;
-    gpu->nvert = gpu->expanded ? 3 * mesh->ntri : mesh->nvert;
-    bool sequence = gpu->expanded || mesh->nvert == 3 * mesh->ntri;
-    for (size_t i = 0; sequence && !gpu->expanded && i < 3 * mesh->ntri; i++)
-        sequence = mesh->index[i] == i;
-    gpu->indexed = !sequence;
+    gpu->nvert = 3 * mesh->ntri;
+    gpu->indexed = !unshared && mesh->normal;
 
     float low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
     for (size_t i = 0; i < 3 * mesh->nvert; i++) {
@@ -128,22 +172,44 @@ bool dph_gpu_body_init(struct dph_gpu_body *gpu, const struct dph_body *body, bo
     for (int k = 0; k < 3; k++)
         gpu->origin[k] = ((double)low[k] + (double)high[k]) / 2;
 
+    uint32_t *index = NULL;
+    bool ok = true;
     dph_gl_drain();
-    glGenVertexArrays(1, &gpu->array);
-    glBindVertexArray(gpu->array);
-    bool ok = upload_vertices(gpu, mesh, err) &&
-              (!body->thickness || upload_coefficients(gpu, mesh, body->thickness, err));
-    if (ok && gpu->indexed) {
-        glGenBuffers(1, &gpu->indices);
-        glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, gpu->indices);
-        glBufferData(GL_ELEMENT_ARRAY_BUFFER, (GLsizeiptr)(3 * mesh->ntri * sizeof *mesh->index),
-                     mesh->index, GL_STATIC_DRAW);
+    if (gpu->indexed) {
+        index = dph_alloc(mesh->ntri, 3 * sizeof *index);
+        ok = index ? dph_gpu_body_order(gpu, body, index, err) : dph_fail_memory(err);
     }
+    if (index && ok) {
+        glGenBuffers(1, &gpu->indices);
+        glBindVertexArray(0);
+        glBindBuffer(GL_ARRAY_BUFFER, gpu->indices); /* that of elements belongs to an array */
+        glBufferData(GL_ARRAY_BUFFER, (GLsizeiptr)(3 * mesh->ntri * sizeof *index), index,
+                     GL_STATIC_DRAW);
+    }
+    free(index);
+    ok = ok && (!body->thickness || upload_baked(gpu, mesh, body->thickness, err));
     glBindVertexArray(0);
     ok = ok && dph_gl_check("upload", err);
     if (!ok)
         dph_gpu_body_finish(gpu);
     return ok;
+}
+
+bool dph_gpu_body_plain(struct dph_gpu_body *gpu, const struct dph_body *body,
+                        struct dph_error *err)
+{
+    if (gpu->plain.array || !gpu->count)
+        return true;
+    unsigned char *data = dph_gpu_rows_fill(gpu, &body->mesh, 0, err);
+    if (!data)
+        return false;
+    dph_gl_drain();
+    dph_gpu_rows_upload(&gpu->plain, gpu, data, 0);
+    glBindVertexArray(0);
+    if (dph_gl_check("upload", err))
+        return true;
+    dph_gpu_rows_finish(&gpu->plain);
+    return false;
 }
 
 bool dph_gpu_body_outward(struct dph_gpu_body *gpu, const struct dph_body *body,
@@ -152,6 +218,8 @@ bool dph_gpu_body_outward(struct dph_gpu_body *gpu, const struct dph_body *body,
     const struct dph_mesh *mesh = &body->mesh;
     if (gpu->outward || !gpu->count)
         return true;
+    if (!dph_gpu_body_plain(gpu, body, err))
+        return false;
     uint32_t *position_of = dph_alloc(mesh->nvert, sizeof *position_of), *index = NULL;
     float *position = NULL, *normal = NULL;
     signed char(*row)[4] = NULL;
@@ -177,13 +245,13 @@ bool dph_gpu_body_outward(struct dph_gpu_body *gpu, const struct dph_body *body,
         index[i] = position_of[mesh->index[i]];
     dph_mesh_position_normals(position, npos, index, mesh->ntri, normal);
     for (size_t r = 0; r < gpu->nvert; r++) {
-        const float *n = normal + 3 * (size_t)position_of[vertex_of(gpu, mesh, r)];
+        const float *n = normal + 3 * (size_t)position_of[dph_gpu_vertex(gpu, mesh, r)];
         for (int k = 0; k < 3; k++)
             row[r][k] = (signed char)lrintf(127 * n[k]);
         row[r][3] = 0;
     }
     dph_gl_drain();
-    glBindVertexArray(gpu->array);
+    glBindVertexArray(gpu->plain.array);
     glGenBuffers(1, &gpu->outward);
     glBindBuffer(GL_ARRAY_BUFFER, gpu->outward);
     glBufferData(GL_ARRAY_BUFFER, (GLsizeiptr)(gpu->nvert * sizeof *row), row, GL_STATIC_DRAW);
@@ -203,10 +271,13 @@ error:
 
 void dph_gpu_body_finish(struct dph_gpu_body *gpu)
 {
-    GLuint buffers[4] = {gpu->vertices, gpu->coefficients, gpu->indices, gpu->outward};
-    glDeleteBuffers(4, buffers);
-    glDeleteVertexArrays(1, &gpu->array);
+    GLuint buffers[2] = {gpu->indices, gpu->outward};
+    dph_gpu_rows_finish(&gpu->plain);
+    dph_gpu_rows_finish(&gpu->baked);
+    glDeleteBuffers(2, buffers);
     glDeleteTextures(1, &gpu->table);
     free(gpu->lit);
+    free(gpu->vertex);
+    free(gpu->row_of);
     *gpu = (struct dph_gpu_body){0};
 }

@@ -14,43 +14,20 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Behind the vec4 of weights; the unit is behind those that fragment stages may use. */
-enum { CLUSTER_LOCATION = 2 + DPH_MAX_VECTORS, TABLE_UNIT = 8 };
+enum { TABLE_UNIT = 8 }; /* behind those that fragment stages may use */
 
-bool dph_clusters_upload(struct dph_gpu_body *gpu, const struct dph_mesh *mesh,
-                         const struct dph_thickness *thickness, struct dph_error *err)
+bool dph_clusters_init(struct dph_gpu_body *gpu, const struct dph_thickness *thickness,
+                       struct dph_error *err)
 {
-    size_t weights = (size_t)thickness->components, row = dph_thickness_fetched(thickness);
     GLint largest = 0;
     glGetIntegerv(GL_MAX_TEXTURE_SIZE, &largest);
     if (thickness->clusters > largest)
         return dph_fail(err, DPH_ERROR_CAPABILITY, "%d clusters, GL takes %d", thickness->clusters,
                         largest);
-    gpu->vectors = thickness->components / 4;
     gpu->lit = dph_alloc_zero((size_t)thickness->clusters * (size_t)(1 + gpu->vectors),
                               DPH_MAX_LIGHTS * 4 * sizeof *gpu->lit);
-    unsigned char *data = dph_alloc_zero(gpu->nvert, row);
-    if (!gpu->lit || !data) {
-        free(data);
+    if (!gpu->lit)
         return dph_fail_memory(err);
-    }
-    for (size_t r = 0; r < gpu->nvert; r++) {
-        size_t v = gpu->expanded ? mesh->index[r] : r;
-        memcpy(data + r * row, (const int8_t *)thickness->data + v * weights, weights);
-        memcpy(data + r * row + weights, &thickness->cluster[v], sizeof thickness->cluster[v]);
-    }
-    glGenBuffers(1, &gpu->coefficients);
-    glBindBuffer(GL_ARRAY_BUFFER, gpu->coefficients);
-    glBufferData(GL_ARRAY_BUFFER, (GLsizeiptr)(gpu->nvert * row), data, GL_STATIC_DRAW);
-    free(data);
-    for (int i = 0; i < gpu->vectors; i++) {
-        glEnableVertexAttribArray((GLuint)(2 + i));
-        glVertexAttribPointer((GLuint)(2 + i), 4, GL_BYTE, GL_TRUE, (GLsizei)row,
-                              (const void *)(uintptr_t)(4 * i));
-    }
-    glEnableVertexAttribArray(CLUSTER_LOCATION);
-    glVertexAttribIPointer(CLUSTER_LOCATION, 1, GL_UNSIGNED_SHORT, (GLsizei)row,
-                           (const void *)(uintptr_t)weights);
     glGenTextures(1, &gpu->table);
     glBindTexture(GL_TEXTURE_2D, gpu->table);
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
@@ -86,4 +63,5 @@ void dph_clusters_bind(const struct dph_gpu_body *gpu, const struct dph_thicknes
                  GL_RGBA, GL_FLOAT, gpu->lit);
     glActiveTexture(GL_TEXTURE0);
     dph_set_int(program, "u_table", TABLE_UNIT);
+    dph_set_float(program, "u_weight", 1 / 127.0F);
 }

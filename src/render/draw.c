@@ -14,35 +14,50 @@
 
 #define DEGREE (3.14159265358979323846 / 180)
 
-struct dph_program *dph_draw_program(struct dph_renderer *renderer, const char *vert,
-                                     const char *frag, const char *feedback,
-                                     const struct dph_frame *frame, int vectors,
+static bool same_variant(const struct dph_variant *a, const struct dph_variant *b)
+{
+    return a->stages.vert == b->stages.vert && a->stages.frag == b->stages.frag &&
+           a->stages.feedback == b->stages.feedback && a->stages.vectors == b->stages.vectors &&
+           a->stages.bytes == b->stages.bytes && a->stages.weights == b->stages.weights &&
+           a->lights == b->lights && a->local == b->local &&
+           a->formula == b->formula && a->curve == b->curve && a->specular == b->specular &&
+           a->rim == b->rim && a->ambient == b->ambient;
+}
+
+struct dph_program *dph_draw_program(const struct dph_draw *draw, const struct dph_stages *stages,
                                      struct dph_error *err)
 {
-    int lights = frame->nlight;
-    bool local = false;
-    for (int i = 0; i < lights; i++)
-        local = local || frame->light[i].kind != DPH_LIGHT_DISTANT;
+    struct dph_renderer *renderer = draw->renderer;
+    struct dph_variant wanted = {.stages = *stages,
+                                 .lights = draw->frame->nlight,
+                                 .formula = draw->material.formula,
+                                 .curve = draw->material.curve,
+                                 .specular = draw->material.specular > 0,
+                                 .rim = draw->material.rim > 0,
+                                 .ambient = draw->material.ambient > 0,
+                                 .next = renderer->variants};
+    for (int i = 0; i < wanted.lights; i++)
+        wanted.local = wanted.local || draw->frame->light[i].kind != DPH_LIGHT_DISTANT;
     for (struct dph_variant *v = renderer->variants; v; v = v->next)
-        if (v->vert == vert && v->frag == frag && v->feedback == feedback && v->lights == lights &&
-            v->vectors == vectors && v->local == local)
+        if (same_variant(v, &wanted))
             return &v->program;
     struct dph_variant *v = calloc(1, sizeof *v);
     if (!v) {
         dph_fail_memory(err);
         return NULL;
     }
-    *v = (struct dph_variant){.vert = vert,
-                              .frag = frag,
-                              .feedback = feedback,
-                              .lights = lights,
-                              .vectors = vectors,
-                              .local = local,
-                              .next = renderer->variants};
-    char defines[128];
-    snprintf(defines, sizeof defines, "#define DPH_LIGHTS %d\n#define DPH_VECTORS %d\n%s", lights,
-             vectors, local ? "#define DPH_LOCAL\n" : "");
-    if (!dph_program_init(&v->program, vert, frag, defines, feedback, err)) {
+    *v = wanted;
+    char defines[256];
+    snprintf(defines, sizeof defines,
+             "#define DPH_LIGHTS %d\n#define DPH_VECTORS %d\n#define DPH_BYTES %d\n"
+             "#define DPH_WEIGHTS %d\n#define DPH_FORMULA %d\n#define DPH_CURVE %d\n%s%s%s%s%s",
+             v->lights, stages->vectors, stages->bytes, stages->weights, v->formula, v->curve,
+             v->specular ? "" : "#define DPH_SPECULAR 0.0\n",
+             v->rim ? "" : "#define DPH_RIM 0.0\n",
+             v->ambient ? "" : "#define DPH_AMBIENT 0.0\n", v->local ? "#define DPH_LOCAL\n" : "",
+             stages->feedback ? "#define DPH_PROBE\n" : "");
+    if (!dph_program_init(&v->program, stages->vert, stages->frag, defines, stages->feedback,
+                          err)) {
         free(v);
         return NULL;
     }
@@ -148,20 +163,37 @@ const char *dph_draw_vert(const struct dph_gpu_body *gpu, const char *vert)
     return gpu->table && !strcmp(vert, "body.vert") ? clustered : vert;
 }
 
-void dph_draw_place(const struct dph_draw *draw, struct dph_program *program,
-                    const struct dph_instance *instance, int vectors)
+/* The centre of a body, in the world. */
+static void centre_of(const struct dph_draw *draw, const struct dph_instance *instance,
+                      double centre[3])
 {
-    const struct dph_renderer *renderer = draw->renderer;
-    const double *origin = renderer->body[instance->body].origin;
-    float placed[16], clip[16], normal[9];
-    double sign =
-        dph_draw_matrices(renderer, instance, draw->eye, draw->clip, placed, clip, normal);
-    double centre[3]; /* of the body */
+    const double *origin = draw->renderer->body[instance->body].origin;
     for (int r = 0; r < 3; r++) {
         centre[r] = (double)instance->matrix[12 + r];
         for (int c = 0; c < 3; c++)
             centre[r] += (double)instance->matrix[4 * c + r] * origin[c];
     }
+}
+
+/* How many bands a light needs on a body, where that is for us to choose. */
+static double detail_of(const struct dph_draw *draw, const struct dph_light *seen,
+                        const double centre[3])
+{
+    double to_eye[3];
+    for (int k = 0; k < 3; k++)
+        to_eye[k] = draw->eye[k] - centre[k];
+    return dph_light_detail(seen->to_light, to_eye);
+}
+
+void dph_draw_place(const struct dph_draw *draw, struct dph_program *program,
+                    const struct dph_instance *instance, int vectors)
+{
+    const struct dph_renderer *renderer = draw->renderer;
+    float placed[16], clip[16], normal[9];
+    double sign =
+        dph_draw_matrices(renderer, instance, draw->eye, draw->clip, placed, clip, normal);
+    double centre[3];
+    centre_of(draw, instance, centre);
     dph_set_mat(program, "u_place", 4, placed);
     dph_set_mat(program, "u_clip", 4, clip);
     dph_set_mat(program, "u_normal", 3, normal);
@@ -169,9 +201,12 @@ void dph_draw_place(const struct dph_draw *draw, struct dph_program *program,
     bool local = false;
     for (int i = 0; i < draw->frame->nlight; i++)
         local = local || draw->frame->light[i].kind != DPH_LIGHT_DISTANT;
+    const int bands = draw->frame->bands > 0 ? draw->frame->bands : 0;
     static const struct dph_thickness none;
     struct dph_gpu_body *gpu = &draw->renderer->body[instance->body];
     bool clustered = vectors && gpu->table;
+    /* what the vertex stage takes integers for is that many times too large */
+    const float steps = gpu->bytes == 1 ? 127 : gpu->bytes == 2 ? 32767 : 1;
     for (int i = 0; i < draw->frame->nlight; i++) {
         const struct dph_light *source = &draw->frame->light[i];
         struct dph_light seen; /* as the body's centre sees it */
@@ -182,11 +217,16 @@ void dph_draw_place(const struct dph_draw *draw, struct dph_program *program,
         snprintf(name[2], sizeof name[2], "u_light[%d].sh", i);
         dph_light_at(source, centre, &seen);
         dph_light_constants(&seen, vectors ? thickness_of(draw, instance) : &none, instance->matrix,
-                            draw->mm_per_unit, draw->frame->bands, draw->frame->window, &light);
-        if (clustered)
+                            draw->mm_per_unit, bands, draw->frame->window, &light);
+        if (vectors && draw->frame->bands == DPH_BANDS_AUTO)
+            dph_light_fade(&light, detail_of(draw, &seen, centre));
+        if (clustered) {
             dph_clusters_light(gpu, thickness_of(draw, instance), i, draw->frame->nlight, &light);
-        else if (vectors)
+        } else if (vectors) {
+            for (int k = 0; k < 4 * vectors; k++)
+                light.sh[k / 4][k % 4] /= steps;
             dph_set_vec(program, name[2], 4, vectors, light.sh[0]);
+        }
         if (local)
             place_local(draw, program, source, i, &light);
         dph_set_vec(program, name[0], 3, 1, light.to_light);
@@ -197,22 +237,28 @@ void dph_draw_place(const struct dph_draw *draw, struct dph_program *program,
 }
 
 /* How many vec4 are worth fetching: those of the bands in use. */
-static int vectors_in_use(const struct dph_draw *draw, const struct dph_gpu_body *gpu)
+static int vectors_in_use(const struct dph_draw *draw, const struct dph_instance *instance)
 {
-    int bands = draw->frame->bands,
-        wanted = bands > 0 && bands < DPH_DRAW_BANDS ? (bands * bands + 3) / 4 : DPH_MAX_VECTORS;
+    const struct dph_gpu_body *gpu = &draw->renderer->body[instance->body];
+    int bands = draw->frame->bands;
+    if (bands == DPH_BANDS_AUTO) {
+        double centre[3], most = 0;
+        centre_of(draw, instance, centre);
+        for (int i = 0; i < draw->frame->nlight; i++) {
+            struct dph_light seen;
+            dph_light_at(&draw->frame->light[i], centre, &seen);
+            most = fmax(most, detail_of(draw, &seen, centre));
+        }
+        bands = (int)ceil(most);
+    }
+    int wanted = bands > 0 && bands < DPH_DRAW_BANDS ? (bands * bands + 3) / 4 : DPH_MAX_VECTORS;
     /* with fewer bands the weights stay, their vectors get shorter */
     return wanted < gpu->vectors && !gpu->table ? wanted : gpu->vectors;
 }
 
-void dph_draw_body(const struct dph_gpu_body *gpu)
+void dph_draw_rows(const struct dph_gpu_body *gpu, const struct dph_gpu_rows *rows)
 {
-    dph_draw_arrays(gpu, gpu->array);
-}
-
-void dph_draw_arrays(const struct dph_gpu_body *gpu, GLuint array)
-{
-    glBindVertexArray(array);
+    glBindVertexArray(rows->array);
     if (gpu->indexed)
         glDrawElements(GL_TRIANGLES, gpu->count, GL_UNSIGNED_INT, NULL);
     else
@@ -225,17 +271,21 @@ bool dph_draw_pass(struct dph_draw *draw, const struct dph_pass *pass, struct dp
     struct dph_program *program = NULL, *used = NULL;
     for (size_t i = 0; i < scene->ninstance; i++) {
         const struct dph_instance *instance = &scene->instance[i];
-        const struct dph_gpu_body *gpu = &draw->renderer->body[instance->body];
+        struct dph_gpu_body *gpu = &draw->renderer->body[instance->body];
         if (!gpu->count)
             continue;
         if (pass->thickness && !gpu->vectors)
             return dph_fail(err, DPH_ERROR_ARGUMENT, "pass %s: body %zu ('%.60s') is not baked",
                             pass->name, instance->body, scene->body[instance->body].name);
-        int vectors = pass->thickness ? vectors_in_use(draw, gpu) : 0;
-        const char *vert = vectors ? dph_draw_vert(gpu, pass->vert) : pass->vert;
-        program =
-            dph_draw_program(draw->renderer, vert, pass->frag, NULL, draw->frame, vectors, err);
-        if (!program)
+        if (!pass->thickness && !dph_gpu_body_plain(gpu, &scene->body[instance->body], err))
+            return false;
+        struct dph_stages stages = {.vert = pass->vert, .frag = pass->frag};
+        if (pass->thickness)
+            stages = (struct dph_stages){.vert = dph_draw_vert(gpu, pass->vert),
+                                         .frag = pass->frag,
+                                         .vectors = vectors_in_use(draw, instance),
+                                         .bytes = gpu->bytes};
+        if (!(program = dph_draw_program(draw, &stages, err)))
             return false;
         if (program != used) {
             if (used && !dph_program_check(used, pass->name, err))
@@ -245,8 +295,8 @@ bool dph_draw_pass(struct dph_draw *draw, const struct dph_pass *pass, struct dp
                 pass->uniforms(draw, program);
             used = program;
         }
-        dph_draw_place(draw, program, instance, vectors);
-        dph_draw_body(gpu);
+        dph_draw_place(draw, program, instance, stages.vectors);
+        dph_draw_rows(gpu, pass->thickness ? &gpu->baked : &gpu->plain);
     }
     glBindVertexArray(0);
     return used ? dph_program_check(used, pass->name, err) : dph_gl_check(pass->name, err);

@@ -12,38 +12,75 @@
 /* The most vec4 of coefficients that a vertex stage takes: DPH_DRAW_BANDS squared over 4. */
 #define DPH_MAX_VECTORS 9
 
+/* Rows of one buffer, and the vertex array that reads them: attribute 0 the position, 1 the normal,
+ * and from DPH_EXTRA on what a method adds. All of a vertex lies together: fetching from a second
+ * buffer costs a software rasteriser more than nine attributes of the same. */
+struct dph_gpu_rows {
+    GLuint array, buffer; /* 0: not made yet                                                     */
+};
+#define DPH_EXTRA 2
+
 /* A body's buffers. Positions are relative to `origin`, so that bodies far from their own origin
  * keep their precision. */
 struct dph_gpu_body {
-    GLuint array, vertices, coefficients, indices;
-    GLuint outward;    /* one direction a position, for methods that ask; 0: not asked for yet  */
-    GLsizei count;     /* indices, or vertices where there are none                            */
-    size_t nvert;      /* rows in the buffers                                                  */
-    bool indexed;
-    bool expanded;     /* row r is corner r of the triangles, not vertex r of the mesh         */
-    int vectors;       /* vec4 of coefficients (or weights) bound, 0: not baked                */
+    GLuint indices;
+    struct dph_gpu_rows plain; /* nothing added; made when it is first needed                    */
+    struct dph_gpu_rows baked; /* with what is stored of thickness                               */
+    GLuint outward;    /* one direction a position, for methods that ask; 0: not asked for yet   */
+    GLsizei count;     /* indices, or vertices where there are none                              */
+    size_t nvert;      /* rows in the buffers                                                    */
+    bool indexed;      /* else row r is corner r of the triangles                                */
+    uint32_t *vertex;  /* (nvert) the mesh's vertex behind a row. Nullable: not indexed          */
+    uint32_t *row_of;  /* (vertices of the mesh) the row of a vertex, UINT32_MAX: no triangle uses it. Nullable */
+    int vectors;       /* vec4 of coefficients (or weights) in a baked row, 0: not baked         */
+    int bytes;         /* of one of them: 4 float, 2 and 1 integers                              */
     GLuint table;      /* DPH_STORE_CPCA: texture of what lights make of means and vectors; else 0 */
     float *lit;        /* (clusters x lights x (1 + vectors) x 4) what goes into it, room for
                         * DPH_MAX_LIGHTS lights                                                 */
     double origin[3];
 };
 
-/* `unshared`: expand it whether it has normals or not. False: DPH_ERROR_LIMIT, _MEMORY or
- * _CAPABILITY, and nothing is left behind. A body without triangles gets count 0. */
+/* `unshared`: every corner gets a row of its own; otherwise so do those of bodies without normals,
+ * and others are put in order. False: DPH_ERROR_LIMIT, _MEMORY or _CAPABILITY, and nothing is left
+ * behind. A body without triangles gets count 0. */
 bool dph_gpu_body_init(struct dph_gpu_body *gpu, const struct dph_body *body, bool unshared,
                        struct dph_error *err);
 void dph_gpu_body_finish(struct dph_gpu_body *gpu);
 
-/* Binds attribute DPH_OUTWARD: the angle-weighted normal of the vertex's position, the same for all
- * vertices there, so that a body that is pushed out along it does not come apart at its edges. Does nothing the second time. False:
- * DPH_ERROR_MEMORY, _CAPABILITY. */
+/* order.c: fills `index` (3 x triangles), nvert, vertex and row_of. False: DPH_ERROR_MEMORY. */
+bool dph_gpu_body_order(struct dph_gpu_body *gpu, const struct dph_body *body, uint32_t *index,
+                        struct dph_error *err);
+
+/* The mesh's vertex behind row r. */
+size_t dph_gpu_vertex(const struct dph_gpu_body *gpu, const struct dph_mesh *mesh, size_t r);
+
+/* Rows of DPH_ROW + `extra` bytes (a multiple of 4) with positions and normals in place and zeros
+ * behind; malloc'ed. NULL: DPH_ERROR_MEMORY. */
+#define DPH_ROW (6 * sizeof(float))
+unsigned char *dph_gpu_rows_fill(const struct dph_gpu_body *gpu, const struct dph_mesh *mesh,
+                                 size_t extra, struct dph_error *err);
+/* Uploads and frees them; the array stays bound for attributes to be added. */
+void dph_gpu_rows_upload(struct dph_gpu_rows *rows, const struct dph_gpu_body *gpu,
+                         unsigned char *data, size_t extra);
+/* Attributes from DPH_EXTRA on that hold `words` words of the extra bytes, four each: floats, or
+ * bits that the vertex stage takes apart. */
+void dph_gpu_rows_words(size_t words, GLenum type, size_t extra);
+void dph_gpu_rows_finish(struct dph_gpu_rows *rows);
+
+/* Makes the plain rows, if they are not there. False: DPH_ERROR_MEMORY, _CAPABILITY. */
+bool dph_gpu_body_plain(struct dph_gpu_body *gpu, const struct dph_body *body, struct dph_error *err);
+
+/* Makes the plain rows and binds attribute DPH_OUTWARD to them: the angle-weighted normal of the
+ * vertex's position, the same for all vertices there, so that a body that is pushed out along it
+ * does not come apart at its edges. Does nothing the second time. False: DPH_ERROR_MEMORY,
+ * _CAPABILITY. */
 #define DPH_OUTWARD 15
 bool dph_gpu_body_outward(struct dph_gpu_body *gpu, const struct dph_body *body, struct dph_error *err);
 
-/* clusters.c: the attributes of a body stored as clustered principal components, in place of
- * coefficients. False: DPH_ERROR_MEMORY or DPH_ERROR_CAPABILITY. */
-bool dph_clusters_upload(struct dph_gpu_body *gpu, const struct dph_mesh *mesh,
-                         const struct dph_thickness *thickness, struct dph_error *err);
+/* clusters.c: the texture of a body stored as clustered principal components. Its rows hold weights
+ * and the cluster's number. False: DPH_ERROR_MEMORY or DPH_ERROR_CAPABILITY. */
+bool dph_clusters_init(struct dph_gpu_body *gpu, const struct dph_thickness *thickness,
+                       struct dph_error *err);
 /* What light i of `lights` makes of means and vectors; once all are done, for the program in use. */
 void dph_clusters_light(struct dph_gpu_body *gpu, const struct dph_thickness *thickness, int i,
                         int lights, const struct dph_light_constants *light);
@@ -69,12 +106,24 @@ void dph_target_resolve(const struct dph_target *target, int width, int height);
 bool dph_target_read(struct dph_target *target, int width, int height, float *pixel, int row_length,
                      struct dph_error *err);
 
-/* A program for a number of lights and of coefficient vectors. */
+/* What a program is compiled of. Names are told apart by their addresses. */
+struct dph_stages {
+    const char *vert, *frag; /* frag Nullable: none                                           */
+    const char *feedback;    /* Nullable: name of a varying to capture                        */
+    int vectors;             /* of coefficients that the vertex stage takes; 0: no thickness  */
+    int bytes;               /* of a coefficient as it is stored                              */
+    int weights;             /* prt-cpca: vec4 of weights                                     */
+};
+
+/* A compiled program: for its stages, a number of lights, and what the material makes of formulas
+ * and of terms that it does not have. */
 struct dph_variant {
     struct dph_variant *next;
-    const char *vert, *frag, *feedback;
-    int lights, vectors;
+    struct dph_stages stages;
+    int lights;
     bool local; /* some are point or spot lights                                              */
+    int formula, curve;
+    bool specular, rim, ambient;
     struct dph_program program;
 };
 
@@ -129,14 +178,12 @@ bool dph_draw_pass(struct dph_draw *draw, const struct dph_pass *pass, struct dp
 double dph_draw_matrices(const struct dph_renderer *renderer, const struct dph_instance *instance,
                          const double from[3], const float view[16], float place[16], float clip[16],
                          float normal[9]);
-/* One draw call, with the program in use; with another array of the same rows in place of the body's own. */
-void dph_draw_body(const struct dph_gpu_body *gpu);
-void dph_draw_arrays(const struct dph_gpu_body *gpu, GLuint array);
+/* One draw call, with the program in use. */
+void dph_draw_rows(const struct dph_gpu_body *gpu, const struct dph_gpu_rows *rows);
 
 /* The program of a pass, compiled at its first use and kept by the renderer. NULL: as
  * dph_program_init. */
-struct dph_program *dph_draw_program(struct dph_renderer *renderer, const char *vert, const char *frag,
-                                     const char *feedback, const struct dph_frame *frame, int vectors,
+struct dph_program *dph_draw_program(const struct dph_draw *draw, const struct dph_stages *stages,
                                      struct dph_error *err);
 
 /* body.vert, or its variant where the body is stored as clustered principal components. */

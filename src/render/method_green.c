@@ -200,8 +200,9 @@ static bool draw_depth(struct dph_draw *draw, int i, struct dph_error *err)
     struct dph_renderer *renderer = draw->renderer;
     struct dph_green *green = renderer->green;
     const struct dph_scene *scene = renderer->scene;
-    struct dph_program *program = dph_draw_program(renderer, "green_depth.vert", "green_depth.frag",
-                                                   NULL, draw->frame, 0, err);
+    static const struct dph_stages stages = {.vert = "green_depth.vert",
+                                             .frag = "green_depth.frag"};
+    struct dph_program *program = dph_draw_program(draw, &stages, err);
     if (!program)
         return false;
     glBindFramebuffer(GL_FRAMEBUFFER, green->frame);
@@ -226,7 +227,7 @@ static bool draw_depth(struct dph_draw *draw, int i, struct dph_error *err)
                           normal);
         dph_set_mat(program, "u_place", 4, place);
         dph_set_mat(program, "u_normal", 3, normal);
-        dph_draw_body(gpu);
+        dph_draw_rows(gpu, &gpu->plain);
     }
     glBindVertexArray(0);
     return dph_program_check(program, "depth map", err);
@@ -255,8 +256,8 @@ static int blur_level(const struct dph_draw *draw, const struct green_light *map
 static bool blur_pass(struct dph_draw *draw, GLuint source, GLuint target, int layer, int level,
                       int target_layer, double sigma, int axis, struct dph_error *err)
 {
-    struct dph_program *program = dph_draw_program(draw->renderer, "green_blur.vert",
-                                                   "green_blur.frag", NULL, draw->frame, 0, err);
+    static const struct dph_stages stages = {.vert = "green_blur.vert", .frag = "green_blur.frag"};
+    struct dph_program *program = dph_draw_program(draw, &stages, err);
     if (!program)
         return false;
     glFramebufferTextureLayer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, target, 0, target_layer);

@@ -6,59 +6,38 @@
  * contrast. The highlight takes the changed normal, too. No light comes through a body. */
 #include "render/rival.h"
 
-#include "core/fail.h"
-#include "core/memory.h"
-
 #include <diaphan/rivals.h>
 
-#include <stdlib.h>
 #include <string.h>
+
+static bool has_normals(const struct dph_body *body)
+{
+    return body->rivals && body->rivals->normal;
+}
 
 static bool make(struct dph_rival_body *rival, const struct dph_gpu_body *gpu,
                  const struct dph_body *body, struct dph_error *err)
 {
-    float *row = dph_alloc(gpu->nvert, 3 * sizeof *row);
-    if (!row)
-        return dph_fail_memory(err);
+    unsigned char *data = dph_gpu_rows_fill(gpu, &body->mesh, 0, err);
+    if (!data)
+        return false;
     for (size_t r = 0; r < gpu->nvert; r++)
-        memcpy(row + 3 * r, body->rivals->normal + 3 * (gpu->expanded ? body->mesh.index[r] : r),
-               3 * sizeof *row);
-    dph_rival_array(rival, gpu);
-    glBufferData(GL_ARRAY_BUFFER, (GLsizeiptr)(gpu->nvert * 3 * sizeof *row), row, GL_STATIC_DRAW);
-    free(row);
-    glVertexAttribPointer(1, 3, GL_FLOAT, GL_FALSE, 0, NULL);
+        memcpy(data + r * DPH_ROW + DPH_ROW / 2,
+               body->rivals->normal + 3 * dph_gpu_vertex(gpu, &body->mesh, r), DPH_ROW / 2);
+    dph_gpu_rows_upload(&rival->rows, gpu, data, 0);
     return true;
 }
 
 static bool draw_patro(struct dph_draw *draw, struct dph_error *err)
 {
-    struct dph_renderer *renderer = draw->renderer;
-    const struct dph_scene *scene = renderer->scene;
-    struct dph_program *program =
-        dph_draw_program(renderer, "patro.vert", "patro.frag", NULL, draw->frame, 0, err);
-    if (!program)
-        return false;
-    for (size_t i = 0; i < scene->ninstance; i++) {
-        const struct dph_instance *instance = &scene->instance[i];
-        const struct dph_body *body = &scene->body[instance->body];
-        const struct dph_gpu_body *gpu = &renderer->body[instance->body];
-        if (!gpu->count)
-            continue;
-        if (!body->rivals || !body->rivals->normal)
-            return dph_fail(err, DPH_ERROR_ARGUMENT,
-                            "pass patro: body %zu ('%.60s') has no changed normals", instance->body,
-                            body->name);
-        struct dph_rival_body *rival =
-            dph_rival_body(renderer, DPH_RIVAL_PATRO, instance->body, make, err);
-        if (!rival)
-            return false;
-        glUseProgram(program->id);
-        dph_draw_material(draw, program);
-        dph_draw_place(draw, program, instance, 0);
-        dph_draw_arrays(gpu, rival->array);
-    }
-    glBindVertexArray(0);
-    return dph_program_check(program, "patro", err);
+    static const struct dph_rival_pass pass = {.name = "patro",
+                                               .vert = "patro.vert",
+                                               .frag = "patro.frag",
+                                               .kind = DPH_RIVAL_PATRO,
+                                               .product = "changed normals",
+                                               .has = has_normals,
+                                               .make = make};
+    return dph_rival_draw(draw, &pass, err);
 }
 
 const struct dph_method dph_method_patro = {

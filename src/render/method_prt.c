@@ -33,23 +33,23 @@ static bool make(struct dph_rival_body *prt, const struct dph_gpu_body *gpu,
         return dph_fail(err, DPH_ERROR_CAPABILITY,
                         "%zu transfer vectors: GL takes a buffer of %zu of them", transfer->npos,
                         (size_t)most / texels);
-    uint32_t *row = dph_alloc(gpu->nvert, sizeof *row);
+    unsigned char *row = dph_gpu_rows_fill(gpu, &body->mesh, sizeof(uint32_t), err);
+    if (!row)
+        return false;
     float *data = dph_alloc_zero(transfer->npos * texels, 4 * sizeof *data);
-    if (!row || !data) {
+    if (!data) {
         free(row);
-        free(data);
         return dph_fail_memory(err);
     }
     for (size_t r = 0; r < gpu->nvert; r++)
-        row[r] = transfer->position_of[gpu->expanded ? body->mesh.index[r] : r];
+        memcpy(row + r * (DPH_ROW + sizeof(uint32_t)) + DPH_ROW,
+               &transfer->position_of[dph_gpu_vertex(gpu, &body->mesh, r)], sizeof(uint32_t));
     for (size_t p = 0; p < transfer->npos; p++)
         for (size_t c = 0; c < 3; c++)
             memcpy(data + 4 * (p * texels + c * texels / 3), transfer->vector + (3 * p + c) * n,
                    n * sizeof *data);
-    dph_rival_array(prt, gpu);
-    glBufferData(GL_ARRAY_BUFFER, (GLsizeiptr)(gpu->nvert * sizeof *row), row, GL_STATIC_DRAW);
-    glEnableVertexAttribArray(2);
-    glVertexAttribIPointer(2, 1, GL_UNSIGNED_INT, 0, NULL);
+    dph_gpu_rows_upload(&prt->rows, gpu, row, sizeof(uint32_t));
+    dph_gpu_rows_words(1, GL_UNSIGNED_INT, sizeof(uint32_t));
     glDeleteBuffers(1, &prt->buffer);
     glDeleteTextures(1, &prt->texture);
     glGenBuffers(1, &prt->buffer);
@@ -59,48 +59,40 @@ static bool make(struct dph_rival_body *prt, const struct dph_gpu_body *gpu,
     glGenTextures(1, &prt->texture);
     glBindTexture(GL_TEXTURE_BUFFER, prt->texture);
     glTexBuffer(GL_TEXTURE_BUFFER, GL_RGBA32F, prt->buffer);
-    free(row);
     free(data);
     return true;
 }
 
+static bool has_vectors(const struct dph_body *body)
+{
+    return body->rivals && body->rivals->transfer.vector;
+}
+
+static void light_up(const struct dph_draw *draw, const struct dph_instance *instance,
+                     struct dph_rival_body *prt, struct dph_program *program)
+{
+    const struct dph_transfer *transfer =
+        &draw->renderer->scene->body[instance->body].rivals->transfer;
+    float incoming[3 * DPH_PRT_CHANNEL];
+    dph_prt_light(draw, instance, transfer->bands, incoming);
+    glActiveTexture(GL_TEXTURE0);
+    glBindTexture(GL_TEXTURE_BUFFER, prt->texture);
+    dph_set_int(program, "u_transfer", 0);
+    dph_set_int(program, "u_texels", texels_of(transfer));
+    dph_set_vec(program, "u_incoming", 4, 3 * texels_of(transfer), incoming);
+}
+
 static bool draw_prt(struct dph_draw *draw, struct dph_error *err)
 {
-    struct dph_renderer *renderer = draw->renderer;
-    const struct dph_scene *scene = renderer->scene;
-    struct dph_program *program =
-        dph_draw_program(renderer, "prt.vert", "prt.frag", NULL, draw->frame, 0, err);
-    if (!program)
-        return false;
-    for (size_t i = 0; i < scene->ninstance; i++) {
-        const struct dph_instance *instance = &scene->instance[i];
-        const struct dph_body *body = &scene->body[instance->body];
-        const struct dph_gpu_body *gpu = &renderer->body[instance->body];
-        float incoming[3 * DPH_PRT_CHANNEL];
-        if (!gpu->count)
-            continue;
-        if (!body->rivals || !body->rivals->transfer.vector)
-            return dph_fail(err, DPH_ERROR_ARGUMENT,
-                            "pass prt: body %zu ('%.60s') has no transfer vectors", instance->body,
-                            body->name);
-        struct dph_rival_body *prt =
-            dph_rival_body(renderer, DPH_RIVAL_PRT, instance->body, make, err);
-        if (!prt)
-            return false;
-        glUseProgram(program->id);
-        dph_draw_material(draw, program);
-        dph_draw_place(draw, program, instance, 0);
-        dph_prt_light(draw, instance, body->rivals->transfer.bands, incoming);
-        glActiveTexture(GL_TEXTURE0);
-        glBindTexture(GL_TEXTURE_BUFFER, prt->texture);
-        dph_set_int(program, "u_transfer", 0);
-        dph_set_int(program, "u_texels", texels_of(&body->rivals->transfer));
-        dph_set_vec(program, "u_incoming", 4, 3 * texels_of(&body->rivals->transfer), incoming);
-        dph_draw_arrays(gpu, prt->array);
-    }
-    glBindVertexArray(0);
-    glBindTexture(GL_TEXTURE_BUFFER, 0);
-    return dph_program_check(program, "prt", err);
+    static const struct dph_rival_pass pass = {.name = "prt",
+                                               .vert = "prt.vert",
+                                               .frag = "prt.frag",
+                                               .kind = DPH_RIVAL_PRT,
+                                               .product = "transfer vectors",
+                                               .has = has_vectors,
+                                               .make = make,
+                                               .uniforms = light_up};
+    return dph_rival_draw(draw, &pass, err);
 }
 
 /* A row of floats a position and its number a vertex. */

@@ -25,32 +25,25 @@ static bool make(struct dph_rival_body *prt, const struct dph_gpu_body *gpu,
     if (cpca->vectors > MOST_VECTORS)
         return dph_fail(err, DPH_ERROR_CAPABILITY, "%d vectors a cluster, at most %d are drawn",
                         cpca->vectors, (int)MOST_VECTORS);
-    size_t vectors = (size_t)cpca->vectors, padded = (vectors + 3) / 4 * 4, size = padded + 4;
+    size_t vectors = (size_t)cpca->vectors, padded = (vectors + 3) / 4 * 4, extra = padded + 4;
     prt->clusters = cpca->clusters;
     prt->vectors = (int)(padded / 4);
     free(prt->table);
     prt->table = dph_alloc_zero((size_t)cpca->clusters * (1 + padded), 4 * sizeof *prt->table);
-    unsigned char *row = dph_alloc_zero(gpu->nvert, size);
-    if (!prt->table || !row) {
-        free(row);
+    if (!prt->table)
         return dph_fail_memory(err);
-    }
+    unsigned char *data = dph_gpu_rows_fill(gpu, &body->mesh, extra, err);
+    if (!data)
+        return false;
     for (size_t r = 0; r < gpu->nvert; r++) {
-        size_t p = transfer->position_of[gpu->expanded ? body->mesh.index[r] : r];
+        size_t p = transfer->position_of[dph_gpu_vertex(gpu, &body->mesh, r)];
+        unsigned char *row = data + r * (DPH_ROW + extra) + DPH_ROW;
         for (size_t j = 0; j < vectors; j++)
-            row[r * size + j] = (unsigned char)dph_cpca_snorm8(cpca->weight[p * vectors + j]);
-        memcpy(row + r * size + padded, &cpca->cluster[p], sizeof cpca->cluster[p]);
+            row[j] = (unsigned char)dph_cpca_snorm8(cpca->weight[p * vectors + j]);
+        memcpy(row + padded, &cpca->cluster[p], sizeof cpca->cluster[p]);
     }
-    dph_rival_array(prt, gpu);
-    glBufferData(GL_ARRAY_BUFFER, (GLsizeiptr)(gpu->nvert * size), row, GL_STATIC_DRAW);
-    free(row);
-    glEnableVertexAttribArray(2);
-    glVertexAttribIPointer(2, 1, GL_UNSIGNED_SHORT, (GLsizei)size, (const void *)(uintptr_t)padded);
-    for (size_t i = 0; i < padded / 4; i++) {
-        glEnableVertexAttribArray((GLuint)(3 + i));
-        glVertexAttribPointer((GLuint)(3 + i), 4, GL_BYTE, GL_TRUE, (GLsizei)size,
-                              (const void *)(uintptr_t)(4 * i));
-    }
+    dph_gpu_rows_upload(&prt->rows, gpu, data, extra);
+    dph_gpu_rows_words(extra / 4, GL_UNSIGNED_INT, extra);
     glDeleteBuffers(1, &prt->buffer);
     glDeleteTextures(1, &prt->texture);
     glGenBuffers(1, &prt->buffer);
@@ -77,49 +70,39 @@ static void light_clusters(struct dph_rival_body *prt, const struct dph_cpca *cp
         }
 }
 
+static bool has_clusters(const struct dph_body *body)
+{
+    return body->rivals && body->rivals->clusters;
+}
+
+static void light_up(const struct dph_draw *draw, const struct dph_instance *instance,
+                     struct dph_rival_body *prt, struct dph_program *program)
+{
+    const struct dph_rivals *rivals = draw->renderer->scene->body[instance->body].rivals;
+    float incoming[3 * DPH_PRT_CHANNEL];
+    dph_prt_light(draw, instance, rivals->transfer.bands, incoming);
+    light_clusters(prt, rivals->clusters, rivals->transfer.bands, incoming);
+    size_t texels = (size_t)prt->clusters * (size_t)(1 + 4 * prt->vectors);
+    glBindBuffer(GL_TEXTURE_BUFFER, prt->buffer);
+    glBufferData(GL_TEXTURE_BUFFER, (GLsizeiptr)(texels * 4 * sizeof *prt->table), prt->table,
+                 GL_STREAM_DRAW);
+    glActiveTexture(GL_TEXTURE0);
+    glBindTexture(GL_TEXTURE_BUFFER, prt->texture);
+    glTexBuffer(GL_TEXTURE_BUFFER, GL_RGBA32F, prt->buffer);
+    dph_set_int(program, "u_table", 0);
+}
+
 static bool draw_prt_cpca(struct dph_draw *draw, struct dph_error *err)
 {
-    struct dph_renderer *renderer = draw->renderer;
-    const struct dph_scene *scene = renderer->scene;
-    struct dph_program *program =
-        dph_draw_program(renderer, "prt_cpca.vert", "prt.frag", NULL, draw->frame, 0, err);
-    if (!program)
-        return false;
-    for (size_t i = 0; i < scene->ninstance; i++) {
-        const struct dph_instance *instance = &scene->instance[i];
-        const struct dph_body *body = &scene->body[instance->body];
-        const struct dph_gpu_body *gpu = &renderer->body[instance->body];
-        float incoming[3 * DPH_PRT_CHANNEL];
-        if (!gpu->count)
-            continue;
-        if (!body->rivals || !body->rivals->clusters)
-            return dph_fail(err, DPH_ERROR_ARGUMENT,
-                            "pass prt-cpca: body %zu ('%.60s') has no compressed transfer vectors",
-                            instance->body, body->name);
-        struct dph_rival_body *prt =
-            dph_rival_body(renderer, DPH_RIVAL_CPCA, instance->body, make, err);
-        if (!prt)
-            return false;
-        glUseProgram(program->id);
-        dph_draw_material(draw, program);
-        dph_draw_place(draw, program, instance, 0);
-        dph_prt_light(draw, instance, body->rivals->transfer.bands, incoming);
-        light_clusters(prt, body->rivals->clusters, body->rivals->transfer.bands, incoming);
-        size_t texels = (size_t)prt->clusters * (size_t)(1 + 4 * prt->vectors);
-        glBindBuffer(GL_TEXTURE_BUFFER, prt->buffer);
-        glBufferData(GL_TEXTURE_BUFFER, (GLsizeiptr)(texels * 4 * sizeof *prt->table), prt->table,
-                     GL_STREAM_DRAW);
-        glActiveTexture(GL_TEXTURE0);
-        glBindTexture(GL_TEXTURE_BUFFER, prt->texture);
-        glTexBuffer(GL_TEXTURE_BUFFER, GL_RGBA32F, prt->buffer);
-        dph_set_int(program, "u_table", 0);
-        dph_set_int(program, "u_vectors", prt->vectors);
-        dph_draw_arrays(gpu, prt->array);
-    }
-    glBindVertexArray(0);
-    glBindTexture(GL_TEXTURE_BUFFER, 0);
-    glBindBuffer(GL_TEXTURE_BUFFER, 0);
-    return dph_program_check(program, "prt-cpca", err);
+    static const struct dph_rival_pass pass = {.name = "prt-cpca",
+                                               .vert = "prt_cpca.vert",
+                                               .frag = "prt.frag",
+                                               .kind = DPH_RIVAL_CPCA,
+                                               .product = "compressed transfer vectors",
+                                               .has = has_clusters,
+                                               .make = make,
+                                               .uniforms = light_up};
+    return dph_rival_draw(draw, &pass, err);
 }
 
 /* Weights and the cluster's number a vertex; means and vectors, and what light makes of them. */

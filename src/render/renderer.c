@@ -319,10 +319,11 @@ bool dph_renderer_thickness(struct dph_renderer *renderer, const struct dph_fram
     draw.frame = &one;
     if (how->probe && how->prepare && !how->prepare(&draw, err))
         return false;
-    int vectors = how->probe ? 0 : gpu->vectors;
-    const char *vert = how->probe ? how->probe : dph_draw_vert(gpu, "body.vert");
-    struct dph_program *program =
-        dph_draw_program(renderer, vert, NULL, "v_thickness", &one, vectors, err);
+    struct dph_stages stages = {.vert = how->probe ? how->probe : dph_draw_vert(gpu, "body.vert"),
+                                .feedback = "v_thickness",
+                                .vectors = how->probe ? 0 : gpu->vectors,
+                                .bytes = how->probe ? 0 : gpu->bytes};
+    struct dph_program *program = dph_draw_program(&draw, &stages, err);
     float *row = program ? dph_alloc(gpu->nvert, sizeof *row) : NULL;
     if (!row)
         return program && dph_fail_memory(err);
@@ -333,10 +334,10 @@ bool dph_renderer_thickness(struct dph_renderer *renderer, const struct dph_fram
     glBufferData(GL_TRANSFORM_FEEDBACK_BUFFER, bytes, NULL, GL_STREAM_READ);
     glBindFramebuffer(GL_FRAMEBUFFER, renderer->target.frame);
     glUseProgram(program->id);
-    dph_draw_place(&draw, program, placed, vectors);
+    dph_draw_place(&draw, program, placed, stages.vectors);
     if (how->probe_uniforms)
         how->probe_uniforms(&draw, program);
-    glBindVertexArray(gpu->array);
+    glBindVertexArray(how->probe ? gpu->plain.array : gpu->baked.array);
     glEnable(GL_RASTERIZER_DISCARD);
     glBeginTransformFeedback(GL_POINTS);
     glDrawArrays(GL_POINTS, 0, (GLsizei)gpu->nvert);
@@ -349,8 +350,10 @@ bool dph_renderer_thickness(struct dph_renderer *renderer, const struct dph_fram
     glGetBufferSubData(GL_TRANSFORM_FEEDBACK_BUFFER, 0, bytes, row);
     glBindBufferBase(GL_TRANSFORM_FEEDBACK_BUFFER, 0, 0);
     glDeleteBuffers(1, &buffer);
-    for (size_t r = 0; r < gpu->nvert; r++)
-        thickness[gpu->expanded ? mesh->index[r] : r] = row[r];
+    for (size_t v = 0; gpu->indexed && v < mesh->nvert; v++)
+        thickness[v] = gpu->row_of[v] == UINT32_MAX ? 0 : row[gpu->row_of[v]];
+    for (size_t r = 0; !gpu->indexed && r < gpu->nvert; r++)
+        thickness[mesh->index[r]] = row[r];
     free(row);
     return dph_program_check(program, "thickness read back", err);
 }

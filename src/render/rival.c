@@ -1,4 +1,4 @@
-/* Light for transfer vectors, and the buffers that go with them.
+/* What the rivals share: buffers and a pass over all instances, and light for transfer vectors.
  *
  * Radiance depends linearly on distant light, so every light and the surroundings become one vector
  * of coefficients in the world, a point of the sky or a disc by its own exact coefficients (no
@@ -17,33 +17,67 @@
 #include <stdlib.h>
 #include <string.h>
 
-struct dph_rival_body *
-dph_rival_body(struct dph_renderer *renderer, int kind, size_t i,
-               bool (*make)(struct dph_rival_body *prt, const struct dph_gpu_body *gpu,
-                            const struct dph_body *body, struct dph_error *err),
-               struct dph_error *err)
+/* The buffers of body `i`. NULL: errors of `make`. */
+static struct dph_rival_body *rival_body(struct dph_renderer *renderer,
+                                         const struct dph_rival_pass *pass, size_t i,
+                                         struct dph_error *err)
 {
     if (!renderer->rival && !(renderer->rival = calloc(1, sizeof *renderer->rival))) {
         dph_fail_memory(err);
         return NULL;
     }
-    struct dph_rival_body **all = &renderer->rival->body[kind];
+    struct dph_rival_body **all = &renderer->rival->body[pass->kind];
     if (!*all && !(*all = dph_alloc_zero(renderer->scene->nbody, sizeof **all))) {
         dph_fail_memory(err);
         return NULL;
     }
-    struct dph_rival_body *prt = &(*all)[i];
-    if (!prt->array) {
+    struct dph_rival_body *rival = &(*all)[i];
+    if (!rival->rows.array) {
         dph_gl_drain();
-        bool ok = make(prt, &renderer->body[i], &renderer->scene->body[i], err);
+        bool ok = pass->make(rival, &renderer->body[i], &renderer->scene->body[i], err);
         glBindVertexArray(0);
         if (!(ok = ok && dph_gl_check("upload", err))) {
-            glDeleteVertexArrays(1, &prt->array); /* so that it is not taken for whole */
-            prt->array = 0;
+            dph_gpu_rows_finish(&rival->rows); /* so that it is not taken for whole */
             return NULL;
         }
     }
-    return prt;
+    return rival;
+}
+
+bool dph_rival_draw(struct dph_draw *draw, const struct dph_rival_pass *pass, struct dph_error *err)
+{
+    struct dph_renderer *renderer = draw->renderer;
+    const struct dph_scene *scene = renderer->scene;
+    struct dph_program *program = NULL;
+    for (size_t i = 0; i < scene->ninstance; i++) {
+        const struct dph_instance *instance = &scene->instance[i];
+        const struct dph_body *body = &scene->body[instance->body];
+        const struct dph_gpu_body *gpu = &renderer->body[instance->body];
+        if (!gpu->count)
+            continue;
+        if (!pass->has(body))
+            return dph_fail(err, DPH_ERROR_ARGUMENT, "pass %s: body %zu ('%.60s') has no %s",
+                            pass->name, instance->body, body->name, pass->product);
+        struct dph_rival_body *rival = rival_body(renderer, pass, instance->body, err);
+        if (!rival)
+            return false;
+        struct dph_stages stages = {
+            .vert = pass->vert, .frag = pass->frag, .weights = rival->vectors};
+        if (!(program = dph_draw_program(draw, &stages, err)))
+            return false;
+        glUseProgram(program->id);
+        dph_draw_material(draw, program);
+        dph_draw_place(draw, program, instance, 0);
+        if (pass->uniforms)
+            pass->uniforms(draw, instance, rival, program);
+        dph_draw_rows(gpu, &rival->rows);
+        if (!dph_program_check(program, pass->name, err))
+            return false;
+    }
+    glBindVertexArray(0);
+    glBindTexture(GL_TEXTURE_BUFFER, 0);
+    glBindBuffer(GL_TEXTURE_BUFFER, 0);
+    return dph_gl_check(pass->name, err);
 }
 
 void dph_rival_destroy(struct dph_rival *rival, size_t nbody)
@@ -53,33 +87,14 @@ void dph_rival_destroy(struct dph_rival *rival, size_t nbody)
     for (int kind = 0; kind < DPH_RIVAL_KINDS; kind++) {
         for (size_t i = 0; rival->body[kind] && i < nbody; i++) {
             struct dph_rival_body *body = &rival->body[kind][i];
-            GLuint buffers[2] = {body->attributes, body->buffer};
-            glDeleteVertexArrays(1, &body->array);
-            glDeleteBuffers(2, buffers);
+            dph_gpu_rows_finish(&body->rows);
+            glDeleteBuffers(1, &body->buffer);
             glDeleteTextures(1, &body->texture);
             free(body->table);
         }
         free(rival->body[kind]);
     }
     free(rival);
-}
-
-void dph_rival_array(struct dph_rival_body *prt, const struct dph_gpu_body *gpu)
-{
-    glDeleteVertexArrays(1, &prt->array);
-    glDeleteBuffers(1, &prt->attributes);
-    glGenVertexArrays(1, &prt->array);
-    glBindVertexArray(prt->array);
-    glBindBuffer(GL_ARRAY_BUFFER, gpu->vertices);
-    for (GLuint i = 0; i < 2; i++) {
-        glEnableVertexAttribArray(i);
-        glVertexAttribPointer(i, 3, GL_FLOAT, GL_FALSE, 6 * sizeof(float),
-                              (const void *)(uintptr_t)(i * 3 * sizeof(float)));
-    }
-    if (gpu->indexed)
-        glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, gpu->indices);
-    glGenBuffers(1, &prt->attributes);
-    glBindBuffer(GL_ARRAY_BUFFER, prt->attributes);
 }
 
 /* The rotation in a matrix, row by row, and whether it mirrors; rows of the identity for a flat
