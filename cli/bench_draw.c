@@ -14,7 +14,7 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { GROUP = 7, ROUNDS = 12, NEAR_TO_FAR = 8, CELLS = 64 };
+enum { GROUP = 7, NEAR_TO_FAR = 8, CELLS = 64 };
 
 static const int growth_counts[] = {1, 2, 4, 8, 16};
 
@@ -382,7 +382,7 @@ int bench_draw(struct settings *settings)
     run->gl = dph_gl_name(gl);
     cpu_name(run->cpu, sizeof run->cpu);
     run->samples = is_given(settings, "samples") ? settings->samples : 1;
-    run->rounds = ROUNDS;
+    run->rounds = dph_timing_defaults().rounds;
     run->seconds_each = settings->seconds;
     run->material = settings->material ? settings->material : "wax";
     run->map_size = settings->map_size;

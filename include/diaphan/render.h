@@ -119,7 +119,8 @@ struct dph_timing_job {
 /* struct dph_timing_params p = dph_timing_defaults(); */
 struct dph_timing_params {
     double seconds;         /* of counted frames a description, at least; above 0, to 3600; 1  */
-    int rounds;             /* in so many turns, two frames each at least, 1 to 1000; 12       */
+    int rounds;             /* in so many turns, two frames each at least, 1 to 1000; 24. Long frames
+                             * get fewer turns, 12 at least                                   */
     dph_progress *progress; /* Nullable; NULL                                                 */
     void *progress_user;
 };
@@ -130,7 +131,7 @@ struct dph_timing {
     double ms_median, ms_p05, ms_p95; /* of a frame: median, 5th and 95th percentile          */
     double cpu_ms; /* median time until all calls of a frame are made; with a software rasteriser
                     * the vertex stage is part of it                                          */
-    double ratio;  /* to description 0: the median over the rounds of the ratio within a round */
+    double ratio;  /* to description 0: of the shortest frames of a round; median over the rounds */
     bool gpu;      /* the clock: true, the GPU's timer (GL_TIME_ELAPSED); false, from a frame's first
                     * call to the end of its glFinish                                         */
 };

@@ -2,16 +2,18 @@
  *
  * A machine's speed drifts: clocks rise and fall, neighbours come and go. What drifts slowly
  * slows all that is measured within a short time alike, so the descriptions take turns. A round
- * gives each of them a block of frames; in every round a description is divided by the first
- * one, the base line, and the median of these ratios over the rounds is what is reported. Times
- * themselves are quantiles over all frames. The order within a round shifts by one from round to
- * round, so that nobody always follows the same neighbour, and a block's first frame, which
- * finds the caches full of the neighbour's data, does not count.
+ * gives each of them a block of a few frames, in an order that shifts by one from round to
+ * round, so that nobody always follows the same neighbour; a block's first frame, which finds
+ * the caches full of the neighbour's data, does not count. What a block says is its shortest
+ * frame, since whatever interrupts a frame only adds to it. In every round this is divided by
+ * that of the first description, the base line, and the median of these ratios over the rounds
+ * is the ratio. Times themselves are quantiles over all frames. A description with long frames
+ * sits out some rounds, spread evenly: its time is bounded, and the base line is always there.
  *
  * Lights turn about the vertical before every frame, so that what the CPU computes once a light
- * is part of the frame, and depth maps are drawn anew. They turn by the golden angle: however
- * many frames a block has, its directions are spread evenly over the circle, and descriptions of
- * which one is slower are seen under the same light on average.
+ * is part of the frame, and depth maps are drawn anew: a little from frame to frame, by the
+ * golden angle from round to round. So the frames of a round show every description under the
+ * same light, and the rounds, however many there are, spread over the circle evenly.
  *
  * With a driver whose timers count, each frame is enclosed by a query of GL_TIME_ELAPSED, some
  * frames are under way at once, and the time is that of the GPU. Software rasterisers have the
@@ -29,9 +31,18 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { QUERIES = 4, WARM_LEAST = 3, WARM_MOST = 50, BLOCK_LEAST = 2, MOST_ROUNDS = 1000 };
+enum {
+    QUERIES = 4,
+    WARM_LEAST = 3,
+    WARM_MOST = 50,
+    BLOCK_LEAST = 2, /* frames that count */
+    ROUNDS_LEAST = 12,
+    MOST_ROUNDS = 1000
+};
 static const double WARM_SECONDS = .15;
+static const double STRETCH = 1.8; /* times the seconds asked for: where rounds are left out */
 static const double GOLDEN = 2.39996322972865332; /* pi (3 - sqrt(5)) */
+static const double STEP = .01;                   /* radians a frame  */
 
 /* The frames of one description. */
 struct series {
@@ -39,7 +50,8 @@ struct series {
     double *ms;
     size_t cpu_count, cpu_room;
     double *cpu;
-    double *round; /* (rounds) median of a block */
+    double *round; /* (rounds) shortest frame of a block; 0: sat out */
+    int rounds;    /* that it takes part in */
 };
 
 struct measurement {
@@ -52,7 +64,7 @@ struct measurement {
 
 struct dph_timing_params dph_timing_defaults(void)
 {
-    return (struct dph_timing_params){.seconds = 1, .rounds = 12};
+    return (struct dph_timing_params){.seconds = 1, .rounds = 24};
 }
 
 bool dph_gl_timers(void)
@@ -108,25 +120,36 @@ static void turn_lights(struct dph_frame *frame, const struct dph_renderer *rend
     }
 }
 
-/* Makes all calls of frame number `number`. */
-static bool submit(struct measurement *m, size_t j, size_t number, struct dph_error *err)
+/* Makes all calls of a frame whose lights are turned by an angle. */
+static bool submit(struct measurement *m, size_t j, double angle, struct dph_error *err)
 {
     struct dph_frame frame = m->job[j].frame;
     struct dph_draw draw;
-    turn_lights(&frame, m->job[j].renderer, GOLDEN * (double)number);
+    turn_lights(&frame, m->job[j].renderer, angle);
     return dph_draw_begin(&draw, m->job[j].renderer, &frame, err) &&
            dph_draw_frame(&draw, &m->target, NULL, err);
 }
 
-static bool warm_up(struct measurement *m, size_t j, struct dph_error *err)
+/* Frames that do not count, and by their length the number of rounds. */
+static bool warm_up(struct measurement *m, size_t j, const struct dph_timing_params *params,
+                    struct dph_error *err)
 {
-    double start = dph_seconds();
-    for (size_t i = 0; i < WARM_LEAST || (i < WARM_MOST && dph_seconds() - start < WARM_SECONDS);
+    double start = dph_seconds(), least = INFINITY;
+    for (int i = 0; i < WARM_LEAST || (i < WARM_MOST && dph_seconds() - start < WARM_SECONDS);
          i++) {
-        if (!submit(m, j, i, err))
+        double before = dph_seconds();
+        if (!submit(m, j, STEP * i, err))
             return false;
         glFinish();
+        least = fmin(least, dph_seconds() - before);
     }
+    double wanted = STRETCH * params->seconds / ((1 + BLOCK_LEAST) * fmax(least, 1e-9));
+    if (j && wanted < params->rounds) /* the base line is in all of them */
+        m->series[j].rounds =
+            wanted > ROUNDS_LEAST ? (int)wanted
+                                  : params->rounds < ROUNDS_LEAST ? params->rounds : ROUNDS_LEAST;
+    else
+        m->series[j].rounds = params->rounds;
     return true;
 }
 
@@ -144,9 +167,10 @@ static bool run_block(struct measurement *m, size_t j, int round, double seconds
                       struct dph_error *err)
 {
     struct series *series = &m->series[j];
-    const size_t first = series->count, number = 64 * (size_t)round;
+    const size_t first = series->count;
+    const double angle = GOLDEN * round;
     size_t done = 0, collected = 0;
-    if (!submit(m, j, number, err))
+    if (!submit(m, j, angle, err))
         return false;
     glFinish();
     for (double start = dph_seconds(), now = start;
@@ -154,7 +178,7 @@ static bool run_block(struct measurement *m, size_t j, int round, double seconds
         double before = dph_seconds();
         if (m->gpu)
             glBeginQuery(GL_TIME_ELAPSED, m->query[done % QUERIES]);
-        bool ok = submit(m, j, number + done, err);
+        bool ok = submit(m, j, angle + STEP * (double)(1 + done), err);
         if (m->gpu)
             glEndQuery(GL_TIME_ELAPSED);
         double submitted = dph_seconds();
@@ -173,9 +197,10 @@ static bool run_block(struct measurement *m, size_t j, int round, double seconds
     while (m->gpu && collected < done)
         if (!collect(m, series, collected++, err))
             return false;
-    size_t count = series->count - first; /* their order is of no use later */
-    qsort(series->ms + first, count, sizeof *series->ms, compare);
-    series->round[round] = quantile(series->ms + first, count, .5);
+    double least = INFINITY;
+    for (size_t i = first; i < series->count; i++)
+        least = fmin(least, series->ms[i]);
+    series->round[round] = fmax(least, 1e-9); /* a timer may say 0 */
     return dph_gl_check("measurement", err);
 }
 
@@ -183,9 +208,11 @@ static void summarise(const struct measurement *m, size_t j, int rounds, double 
                       struct dph_timing *timing)
 {
     struct series *series = &m->series[j];
+    size_t part = 0;
     for (int r = 0; r < rounds; r++)
-        ratio[r] = series->round[r] / m->series[0].round[r];
-    qsort(ratio, (size_t)rounds, sizeof *ratio, compare);
+        if (series->round[r] > 0)
+            ratio[part++] = series->round[r] / m->series[0].round[r];
+    qsort(ratio, part, sizeof *ratio, compare);
     qsort(series->ms, series->count, sizeof *series->ms, compare);
     qsort(series->cpu, series->cpu_count, sizeof *series->cpu, compare);
     *timing = (struct dph_timing){.frames = series->count,
@@ -193,7 +220,7 @@ static void summarise(const struct measurement *m, size_t j, int rounds, double 
                                   .ms_p05 = quantile(series->ms, series->count, .05),
                                   .ms_p95 = quantile(series->ms, series->count, .95),
                                   .cpu_ms = quantile(series->cpu, series->cpu_count, .5),
-                                  .ratio = j ? quantile(ratio, (size_t)rounds, .5) : 1,
+                                  .ratio = j ? quantile(ratio, part, .5) : 1,
                                   .gpu = m->gpu};
 }
 
@@ -215,19 +242,20 @@ bool dph_renderer_measure(const struct dph_timing_job *job, size_t count,
     m.series = dph_alloc_zero(count, sizeof *m.series);
     ratio = dph_alloc(rounds, sizeof *ratio);
     for (size_t j = 0; m.series && j < count; j++)
-        m.series[j].round = dph_alloc(rounds, sizeof *m.series[j].round);
+        m.series[j].round = dph_alloc_zero(rounds, sizeof *m.series[j].round);
     for (size_t j = 0; j < count; j++)
         if (!ratio || !m.series || !m.series[j].round) {
             dph_fail_memory(err);
             goto error;
         }
     for (size_t j = 0; j < count; j++)
-        if (!warm_up(&m, j, err))
+        if (!warm_up(&m, j, params, err))
             goto error;
     for (size_t round = 0, step = 0; round < rounds; round++)
         for (size_t i = 0; i < count; i++) {
-            if (!run_block(&m, (round + i) % count, (int)round, params->seconds / (double)rounds,
-                           err))
+            const size_t j = (round + i) % count, part = (size_t)m.series[j].rounds;
+            if ((round + 1) * part / rounds > round * part / rounds &&
+                !run_block(&m, j, (int)round, params->seconds / (double)part, err))
                 goto error;
             if (params->progress && !params->progress(params->progress_user,
                                                       (double)++step / (double)(rounds * count))) {
