@@ -150,27 +150,34 @@ static bool part_step(void *user, double fraction)
 /* What is measured together: variants that are drawn from one arrangement of the vertices. */
 struct group {
     int count, first; /* of the plan's variants; lambert comes on top */
-    struct bench_view view[1 + GROUP];
-    struct dph_renderer *renderer[1 + GROUP];
+    int jobs;         /* 1 + count, and with indices unshared lambert as the last */
+    struct bench_view view[GROUP + 2];
+    struct dph_renderer *renderer[GROUP + 2];
 };
 
 static void group_finish(struct group *group)
 {
-    for (int i = 0; i <= group->count; i++) {
+    for (int i = 0; i < group->jobs; i++) {
         dph_renderer_destroy(group->renderer[i]);
         bench_view_finish(&group->view[i]);
     }
+}
+
+/* The variant behind job i of a group. */
+static const struct variant *drawn_by(const struct group *group, const struct variant *variant,
+                                      int i)
+{
+    return i && i <= group->count ? &variant[group->first + i - 1] : &variant[0];
 }
 
 static bool group_init(struct group *group, const struct bench_model *model,
                        const struct variant *variant, int first, int count, bool indexed,
                        int copies, struct dph_error *err)
 {
-    const struct dph_renderer_params params = {.unshared = !indexed};
-    *group = (struct group){.count = count, .first = first};
-    for (int i = 0; i <= count; i++) {
-        const struct variant *drawn = &variant[i ? first + i - 1 : 0];
-        if (!bench_view_init(&group->view[i], model, drawn, copies, err) ||
+    *group = (struct group){.count = count, .first = first, .jobs = 1 + count + indexed};
+    for (int i = 0; i < group->jobs; i++) {
+        const struct dph_renderer_params params = {.unshared = !indexed || i > count};
+        if (!bench_view_init(&group->view[i], model, drawn_by(group, variant, i), copies, err) ||
             !(group->renderer[i] =
                   dph_renderer_create_with(&group->view[i].scene, &params, err))) {
             group_finish(group);
@@ -194,23 +201,24 @@ static size_t count_vertices(const struct dph_scene *scene, bool indexed)
 /* Measures a group in one cell; rows go where the cell's rows begin. */
 static bool measure_cell(const struct settings *settings, const struct bench_run *run,
                          const struct bench_model *model, const struct group *group,
-                         const struct variant *variant, const struct cell *cell, struct part *part,
-                         struct bench_row *row, struct dph_error *err)
+                         const struct variant *variant, const struct cell *cell, int rounds,
+                         struct part *part, struct bench_row *row, struct dph_error *err)
 {
-    struct dph_timing_job job[1 + GROUP];
-    struct dph_timing timing[1 + GROUP];
+    struct dph_timing_job job[GROUP + 2];
+    struct dph_timing timing[GROUP + 2];
     struct dph_timing_params params = dph_timing_defaults();
     params.seconds = run->seconds_each;
-    params.rounds = run->rounds;
+    params.rounds = rounds;
     params.progress = part_step;
     params.progress_user = part;
-    for (int i = 0; i <= group->count; i++) {
-        const struct variant *drawn = &variant[i ? group->first + i - 1 : 0];
+    for (int i = 0; i < group->jobs; i++) {
+        const struct variant *drawn = drawn_by(group, variant, i);
         job[i].renderer = group->renderer[i];
         job[i].frame = frame_of(settings, run, model, &group->view[i].scene, drawn, cell);
     }
-    if (!dph_renderer_measure(job, (size_t)group->count + 1, &params, timing, err))
+    if (!dph_renderer_measure(job, (size_t)group->jobs, &params, timing, err))
         return false;
+    const double unshared = timing[cell->indexed ? group->jobs - 1 : 0].ratio;
     for (int i = 0; i <= group->count; i++) {
         int at = i ? group->first + i - 1 : 0;
         if (!i && row->timing.frames)
@@ -220,6 +228,7 @@ static bool measure_cell(const struct settings *settings, const struct bench_run
             .cell = *cell,
             .vertices = count_vertices(&group->view[i].scene, cell->indexed),
             .timing = timing[i],
+            .unshared_ratio = timing[i].ratio / unshared,
         };
         if (!dph_renderer_cost(group->renderer[i], &job[i].frame, &row[at].cost, err))
             return false;
@@ -233,6 +242,7 @@ struct plan {
     int nvariant;
     struct cell cell[CELLS]; /* those of one arrangement and number of lights are neighbours */
     int ncell;
+    bool growth;
 };
 
 static int group_count(const struct plan *plan)
@@ -257,7 +267,8 @@ static bool run_plan(const struct settings *settings, const struct bench_run *ru
                 return false;
             bool ok = true;
             for (int i = c; i < next && ok; i++) {
-                ok = measure_cell(settings, run, model, &group, plan->variant, &plan->cell[i], part,
+                ok = measure_cell(settings, run, model, &group, plan->variant, &plan->cell[i],
+                                  plan->growth ? run->growth_rounds : run->rounds, part,
                                   row + i * plan->nvariant, err);
                 part->done += part->share;
             }
@@ -286,12 +297,13 @@ static void plan_matrix(struct plan *plan, const struct settings *settings, unsi
                                   .lights = 1};
 }
 
+/* `brief`: with indices only. */
 static void plan_growth(struct plan *plan, const struct settings *settings, unsigned methods,
-                        const int *count, int ncount)
+                        const int *count, int ncount, bool brief)
 {
-    *plan = (struct plan){0};
+    *plan = (struct plan){.growth = true};
     plan->nvariant = list_variants(settings, methods, true, plan->variant);
-    for (int indexed = 0; indexed < 2; indexed++)
+    for (int indexed = brief; indexed < 2; indexed++)
         for (int i = 0; i < ncount; i++)
             plan->cell[plan->ncell++] = (struct cell){.indexed = indexed,
                                                       .width = settings->width,
@@ -321,7 +333,8 @@ static int bench_one(struct settings *settings, const struct bench_run *run, con
     result->seconds_bake = seconds_now() - start;
     talk(settings, "%s: baked in %.1f s", result->model, result->seconds_bake);
     for (int p = 0; p < nplan; p++) {
-        result->ncell += plan[p].ncell;
+        result->table[result->ntable++] = (struct bench_table){
+            result->nrow, plan[p].ncell, plan[p].nvariant, plan[p].growth};
         result->nrow += plan[p].ncell * plan[p].nvariant;
         calls += plan[p].ncell * group_count(&plan[p]);
     }
@@ -333,8 +346,9 @@ static int bench_one(struct settings *settings, const struct bench_run *run, con
     }
     progress_begin(&progress, settings, "measuring");
     struct part part = {&progress, 0.0, 1.0 / calls};
-    for (int p = 0, row = 0; p < nplan; row += plan[p].ncell * plan[p].nvariant, p++)
-        if (!run_plan(settings, run, &model, &plan[p], &part, result->row + row, &err)) {
+    for (int p = 0; p < nplan; p++)
+        if (!run_plan(settings, run, &model, &plan[p], &part,
+                      result->row + result->table[p].first, &err)) {
             progress_end(&progress);
             code = report_error(settings, &err);
             goto done;
@@ -367,12 +381,16 @@ int bench_draw(struct settings *settings)
             free(run);
             return EXIT_USAGE;
         }
-        plan_growth(&plan[nplan++], settings, methods, count, ncount);
+        plan_growth(&plan[nplan++], settings, methods, count, ncount, false);
     } else {
         plan_matrix(&plan[nplan++], settings, methods);
         if (settings->output)
             plan_growth(&plan[nplan++], settings, methods, growth_counts,
-                        sizeof growth_counts / sizeof *growth_counts);
+                        sizeof growth_counts / sizeof *growth_counts, true);
+    }
+    if (settings->output && !make_folder(settings, settings->output)) {
+        free(run);
+        return EXIT_OUTPUT;
     }
     struct dph_gl *gl = dph_gl_create_headless(&err); /* before the bake */
     if (!gl) {
@@ -383,6 +401,7 @@ int bench_draw(struct settings *settings)
     cpu_name(run->cpu, sizeof run->cpu);
     run->samples = is_given(settings, "samples") ? settings->samples : 1;
     run->rounds = dph_timing_defaults().rounds;
+    run->growth_rounds = run->rounds / 3; /* frames with many lights are long */
     run->seconds_each = settings->seconds;
     run->material = settings->material ? settings->material : "wax";
     run->map_size = settings->map_size;

@@ -27,25 +27,33 @@ struct bench_row {
     struct variant variant;
     struct cell cell;
     size_t vertices; /* in the buffers, all copies */
-    struct dph_timing timing;
+    struct dph_timing timing; /* its ratio is to lambert in the same cell */
+    double unshared_ratio;    /* to lambert with unshared vertices, else in the same cell */
     struct dph_cost cost;
 };
 
-/* All measurements of a model: those of a cell one after the other, lambert first. */
+/* Cells with the same variants: rows first + cell * nvariant + variant, lambert is variant 0. */
+struct bench_table {
+    int first, ncell, nvariant;
+    bool growth; /* with the number of lights, not the matrix */
+};
+
+/* All measurements of a model. */
 struct bench_result {
     char model[128];
     size_t triangles, vertices, shared; /* vertices of the file, and those that differ */
     double seconds_bake, seconds;
-    int ncell;
     struct bench_row *row; /* (nrow) */
     int nrow;
+    struct bench_table table[2];
+    int ntable;
 };
 
 /* What a run says once. */
 struct bench_run {
     const char *gl;  /* driver */
     char cpu[128];
-    int samples, rounds;
+    int samples, rounds, growth_rounds;
     double seconds_each;
     const char *material;
     int map_size, repeat;
@@ -91,8 +99,18 @@ void bench_view_finish(struct bench_view *view);
 /* bench_report.c */
 void print_draw_tables(const struct bench_run *run, const struct bench_result *result);
 void print_draw_json(const struct bench_run *run, FILE *stream);
-/* Writes chart, report and figures into a folder, which is made where it is missing. Returns an
- * exit code. */
+
+/* bench_markdown.c */
+/* Writes charts, report.md and results.json into settings->output, a folder. Returns an exit
+ * code. */
 int save_draw_report(const struct settings *settings, const struct bench_run *run);
+/* Whether a variant stands in the charts: of shsss, 4 and 36 coefficients in the type of fewest
+ * bytes. */
+bool in_chart(const struct variant *variant);
+
+/* bench_findings.c */
+/* Writes what the matrix of a model says as sentences, as Markdown. */
+void write_findings(FILE *stream, const struct bench_result *result,
+                    const struct bench_table *table);
 
 #endif

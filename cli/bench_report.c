@@ -1,5 +1,6 @@
 /* What bench draw shows: a table a cell, and the same as one JSON object. */
 #include "bench_draw.h"
+#include "commit.h"
 
 #include <string.h>
 
@@ -61,6 +62,7 @@ static void print_row(struct json *json, const struct bench_result *result,
     emit_number(json, "fps", 1e3 / row->timing.ms_median);
     emit_number(json, "cpu_ms", row->timing.cpu_ms);
     emit_number(json, "ratio_to_lambert", row->timing.ratio);
+    emit_number(json, "ratio_to_unshared_lambert", row->unshared_ratio);
     emit_number(json, "bytes_per_vertex", row->cost.bytes_per_vertex);
     emit_count(json, "table_bytes", row->cost.table_bytes);
     emit_text(json, "clock", row->timing.gpu ? "gpu" : "finish");
@@ -73,6 +75,7 @@ void print_draw_json(const struct bench_run *run, FILE *stream)
     emit_begin(&json, stream);
     emit_text(&json, "renderer", run->gl);
     emit_text(&json, "cpu", run->cpu);
+    emit_text(&json, "commit", DPH_COMMIT);
     emit_text(&json, "model", run->result[0].model);
     emit_count(&json, "vertices", run->result[0].vertices);
     emit_text(&json, "material", run->material);
@@ -86,11 +89,4 @@ void print_draw_json(const struct bench_run *run, FILE *stream)
             print_row(&json, &run->result[i], &run->result[i].row[r]);
     emit_close(&json, ']');
     emit_end(&json);
-}
-
-int save_draw_report(const struct settings *settings, const struct bench_run *run)
-{
-    (void)run;
-    complain(settings, "%s: nothing is written yet", settings->output);
-    return EXIT_OUTPUT;
 }

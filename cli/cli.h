@@ -128,6 +128,8 @@ bool has_ending(const char *path, const char *ending);
 /* False, with a complaint, where an output cannot be written at `path`: found out before hours of
  * work, not after. */
 bool output_possible(const struct settings *settings, const char *path);
+/* Makes a folder where there is none. False: complained, it cannot be written to. */
+bool make_folder(const struct settings *settings, const char *path);
 
 /* json.c (named emit_, since jansson has taken json_): one object on stdout, valid whatever
  * happens to the numbers (what is not finite becomes null). */

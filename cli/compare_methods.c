@@ -11,8 +11,6 @@
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 static volatile sig_atomic_t interrupted;
 
@@ -49,25 +47,6 @@ static bool step(void *user, enum dph_judge_phase phase, const char *material, d
     bool stop = interrupted;
     interrupted = 0;
     return !stop;
-}
-
-/* Makes the folder where there is none. */
-static bool make_folder(const struct settings *settings)
-{
-    struct stat info;
-    if (mkdir(settings->output, 0777) && errno != EEXIST) {
-        complain(settings, "%s: %s", settings->output, strerror(errno));
-        return false;
-    }
-    if (stat(settings->output, &info) || !S_ISDIR(info.st_mode)) {
-        complain(settings, "%s: is no folder", settings->output);
-        return false;
-    }
-    if (access(settings->output, W_OK | X_OK)) {
-        complain(settings, "%s: %s", settings->output, strerror(errno));
-        return false;
-    }
-    return true;
 }
 
 /* --lights, by the camera. */
@@ -292,7 +271,7 @@ int compare_methods(const struct settings *settings)
         return EXIT_USAGE;
     if (!choose_materials(settings, material, &params.nmaterial, &code))
         return code;
-    if (!make_folder(settings))
+    if (!make_folder(settings, settings->output))
         return EXIT_OUTPUT;
     if (!(scene = load_scene(settings, settings->input[0], &code)))
         return code;

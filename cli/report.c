@@ -141,3 +141,18 @@ bool output_possible(const struct settings *settings, const char *path)
     }
     return true;
 }
+
+bool make_folder(const struct settings *settings, const char *path)
+{
+    struct stat info;
+    const char *why = NULL;
+    if ((mkdir(path, 0777) && errno != EEXIST) || stat(path, &info))
+        why = strerror(errno);
+    else if (!S_ISDIR(info.st_mode))
+        why = "is no folder";
+    else if (access(path, W_OK | X_OK))
+        why = strerror(errno);
+    if (why)
+        complain(settings, "%s: %s", path, why);
+    return !why;
+}
