@@ -16,7 +16,9 @@
 
 enum { GROUP = 7, NEAR_TO_FAR = 8, CELLS = 64 };
 
+/* What -o adds to the matrix: how the methods grow that differ in kind. */
 static const int growth_counts[] = {1, 2, 4, 8, 16};
+static const char *const growth_methods[] = {"shsss", "green", "prt-cpca"};
 
 void variant_label(const struct variant *variant, char label[48])
 {
@@ -364,7 +366,7 @@ done:
 int bench_draw(struct settings *settings)
 {
     int code = EXIT_DONE, count[MAX_COUNTS], ncount = 0, nplan = 0;
-    unsigned methods = 0;
+    unsigned methods = 0, brief = 0;
     struct dph_error err;
     const struct dph_method *method;
     struct plan plan[2];
@@ -374,8 +376,11 @@ int bench_draw(struct settings *settings)
         return EXIT_INPUT;
     }
     for (size_t i = 0; (method = dph_method_at(i)); i++)
-        if (!method->quantity && (!settings->methods || settings->methods >> i & 1))
+        if (!method->quantity && (!settings->methods || settings->methods >> i & 1)) {
             methods |= 1U << i;
+            for (size_t k = 0; k < sizeof growth_methods / sizeof *growth_methods; k++)
+                brief |= strcmp(method->name, growth_methods[k]) == 0 ? 1U << i : 0U;
+        }
     if (settings->lights) {
         if (!parse_counts(settings, count, &ncount)) {
             free(run);
@@ -385,7 +390,7 @@ int bench_draw(struct settings *settings)
     } else {
         plan_matrix(&plan[nplan++], settings, methods);
         if (settings->output)
-            plan_growth(&plan[nplan++], settings, methods, growth_counts,
+            plan_growth(&plan[nplan++], settings, methods & brief, growth_counts,
                         sizeof growth_counts / sizeof *growth_counts, true);
     }
     if (settings->output && !make_folder(settings, settings->output)) {

@@ -59,7 +59,7 @@ static void write_order(FILE *stream, const struct bench_result *result,
     char label[64];
     const struct bench_row *row[MAX_VARIANTS];
     fprintf(stream, "**Order of the methods**, milliseconds over those of plain shading (lambert) "
-                    "in the same run:\n\n");
+                    "in the same cell:\n\n");
     for (int c = 0; c < table->ncell; c++) {
         int count = 0;
         for (int i = 0; i < table->nvariant; i++)
@@ -70,7 +70,7 @@ static void write_order(FILE *stream, const struct bench_result *result,
         fprintf(stream, "* %s:", label);
         for (int i = 0; i < count; i++) {
             variant_label(&row[i]->variant, label);
-            fprintf(stream, "%s %s %.2f", i ? "," : "", label, row[i]->timing.ratio);
+            fprintf(stream, "%s %s %.2f", i ? ";" : "", label, row[i]->timing.ratio);
         }
         fprintf(stream, "\n");
     }
@@ -200,9 +200,9 @@ static void write_behind(FILE *stream, const struct bench_result *result,
                     cell_label(&row->cell, name);
                     fprintf(list, "* %s: ", name);
                     variant_label(&other->variant, name);
-                    fprintf(list, "%s takes %.2f of lambert;", name, other->timing.ratio);
+                    fprintf(list, "%s takes %.2f;", name, other->timing.ratio);
                 }
-                fprintf(list, "%s %s %.2f", named > 1 ? "," : "", label, row->timing.ratio);
+                fprintf(list, "%s %s %.2f", named > 1 ? ";" : "", label, row->timing.ratio);
             }
             int alone = vertex_cell(result, table, c);
             if (!named)
