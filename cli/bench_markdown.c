@@ -57,7 +57,7 @@ static bool save_chart(const struct settings *settings, const struct bench_run *
     struct chart chart = {.title = table->growth ? "Drawing with more lights" : "Speed of drawing",
                           .subtitle = subtitle,
                           .axis = "frames a second",
-                          .ratio = "lambert",
+                          .ratio = "1.25×: milliseconds over those of lambert",
                           .foot = foot,
                           .panel = panel,
                           .group = group,
@@ -72,7 +72,8 @@ static bool save_chart(const struct settings *settings, const struct bench_run *
     for (int c = 0; c < table->ncell; c++) {
         const struct cell *cell = &rows[c * table->nvariant].cell;
         if (!c || cell->indexed != rows[(c - 1) * table->nvariant].cell.indexed)
-            panel[chart.npanel++] = cell->indexed ? "shared vertices, indexed" : "unshared vertices";
+            panel[chart.npanel++] =
+                cell->indexed ? "shared vertices, indexed" : "unshared vertices";
         if (chart.npanel > 1 || chart.ngroup == MOST_GROUPS)
             continue;
         if (table->growth)
@@ -101,8 +102,7 @@ static bool save_chart(const struct settings *settings, const struct bench_run *
         }
     chart.value = value;
     snprintf(subtitle, sizeof subtitle,
-             "%s, %s triangles, in %s; %d sample%s a pixel; x: milliseconds over those of lambert; "
-             "whiskers: 5th and 95th percentile",
+             "%s, %s triangles, in %s; %d sample%s a pixel; whiskers: 5th and 95th percentile",
              result->model, with_commas(result->triangles, a), run->material, run->samples,
              run->samples > 1 ? "s" : "");
     snprintf(foot, sizeof foot, "%s; %s; diaphan %s, commit %s", run->cpu, run->gl, dph_version(),
@@ -115,7 +115,8 @@ static bool save_chart(const struct settings *settings, const struct bench_run *
     return ok;
 }
 
-/* Milliseconds and ratio, a row a variant and a column a cell, for cells with or without indices. */
+/* Milliseconds and ratio, a row a variant and a column a cell, for cells with or without indices.
+ */
 static void write_table(FILE *stream, const struct bench_result *result,
                         const struct bench_table *table, bool indexed)
 {
@@ -168,13 +169,10 @@ static void write_table(FILE *stream, const struct bench_result *result,
 static void write_report(FILE *stream, const struct settings *settings, const struct bench_run *run)
 {
     char a[32], b[32], c[32], name[64];
-    fprintf(stream, "# Speed of drawing\n\n    diaphan");
-    for (int i = 1; i < settings->nword; i++) {
-        char *clean = text_clean(settings->word[i]);
-        fprintf(stream, " %s", clean ? clean : "?");
-        free(clean);
-    }
-    fprintf(stream, "\n\n* Machine: ");
+    char *command = command_text(settings), *clean = command ? text_clean(command) : NULL;
+    fprintf(stream, "# Speed of drawing\n\n    %s\n\n* Machine: ", clean ? clean : "?");
+    free(command);
+    free(clean);
     write_text(stream, run->cpu);
     fprintf(stream, "\n* Driver: ");
     write_text(stream, run->gl);
@@ -207,7 +205,8 @@ static void write_report(FILE *stream, const struct settings *settings, const st
             fprintf(stream, "\n![Frames a second](%s)\n\n", name);
             if (!table->growth)
                 write_findings(stream, result, table);
-            fprintf(stream, "Milliseconds a frame, median, and in brackets the ratio to lambert%s.\n\n",
+            fprintf(stream,
+                    "Milliseconds a frame, median, and in brackets the ratio to lambert%s.\n\n",
                     table->growth ? " with as many lights (near)" : "");
             write_table(stream, result, table, false);
             write_table(stream, result, table, true);

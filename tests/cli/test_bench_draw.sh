@@ -45,4 +45,20 @@ field '[.results[] | select(.indexed) | .vertices == 96] | all'
 
 expect 0 bench draw box.obj $tiny --methods patro --resolution 16x16
 grep -q 'x lambert' stdout || fail "no ratio in the table"
+
+# the folder: two charts in two formats, a report that names the command, the figures
+expect 0 bench draw box.obj $tiny --methods shsss,prt-cpca --resolution 24x15 -o out -q --json
+cp stdout printed
+for file in chart.svg chart.png lights.svg lights.png report.md results.json; do
+    [ -s "out/$file" ] || fail "no $file"
+done
+cmp -s printed out/results.json || fail "results.json is not what is printed"
+field '[.results[] | .lights] | unique == [1, 2, 4, 8, 16]'
+field '[.results[] | select(.indexed | not) | .ratio_to_unshared_lambert == .ratio_to_lambert] | all'
+grep -q 'diaphan bench draw box.obj .*-o out' out/report.md || fail "the report does not name the command"
+grep -q 'commit ' out/report.md || fail "the report does not name the commit"
+grep -qE '^\| shsss, 36 snorm8 \| 36 \| 0 \| 1 \| [0-9.]+ \([0-9.]+\) \|' out/report.md || fail "no row of 36 coefficients"
+grep -q 'What coefficients cost' out/report.md || fail "no sentence about cost"
+touch file
+refuse 4 'no folder' bench draw box.obj $tiny -o file
 finish
