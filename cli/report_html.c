@@ -161,10 +161,9 @@ static void put_table_head(const struct report *r)
     fputs("</tr></thead>\n", r->out);
 }
 
-static void put_row(const struct report *r, const struct dph_entry *entry, const double *best)
+/* The beginning of an entry's row. */
+static void put_names(const struct report *r, const struct dph_entry *entry)
 {
-    const struct dph_comparison *c = r->comparison;
-    char text[64];
     fputs("<tr><th class=\"text\" scope=\"row\" title=\"", r->out);
     put(r, entry->method->title ? entry->method->title : entry->method->name);
     fputs("\">", r->out);
@@ -172,6 +171,13 @@ static void put_row(const struct report *r, const struct dph_entry *entry, const
     fputs("</th><td class=\"text\">", r->out);
     put(r, entry->variant);
     fprintf(r->out, "</td><td class=\"text\">%s</td>", entry->fitted ? "yes" : "no");
+}
+
+static void put_row(const struct report *r, const struct dph_entry *entry, const double *best)
+{
+    const struct dph_comparison *c = r->comparison;
+    char text[64];
+    put_names(r, entry);
     snprintf(text, sizeof text, "%.4g", entry->bytes_per_vertex);
     put_cell(r, "first", entry->bytes_per_vertex, text, NULL);
     figure_print_time(entry->seconds, text);
@@ -405,6 +411,72 @@ static bool put_material(const struct report *r, const struct dph_judged *judged
     return true;
 }
 
+/* The same entry in another material; NULL: not there. */
+static const struct dph_entry *find_entry(const struct dph_judged *judged,
+                                          const struct dph_entry *like)
+{
+    for (size_t e = 0; e < judged->nentry; e++) {
+        const struct dph_entry *entry = &judged->entry[e];
+        if (entry->method == like->method && entry->fitted == like->fitted &&
+            entry->shown == like->shown && strcmp(entry->variant, like->variant) == 0)
+            return entry;
+    }
+    return NULL;
+}
+
+/* A figure's mean over the materials; NaN where one lacks it. */
+static double mean_figure(const struct dph_comparison *c, const struct dph_entry *like,
+                          size_t light, int which)
+{
+    double sum = 0;
+    for (size_t m = 0; m < c->nmaterial; m++) {
+        const struct dph_entry *entry = find_entry(&c->material[m], like);
+        sum += entry ? figure_of(&entry->shot[light].scores, which) : NAN;
+    }
+    return sum / (double)c->nmaterial;
+}
+
+/* Over several materials: the mean of the two figures that say most. */
+static void put_overview(const struct report *r)
+{
+    static const int which[] = {FIGURE_RMSE, FIGURE_FLIP};
+    const struct dph_comparison *c = r->comparison;
+    char number[24];
+    int column = TEXTS;
+    if (c->nmaterial < 2 || !c->material[0].nentry)
+        return;
+    fputs("<h2>All materials</h2>\n<div class=\"wide\"><table class=\"sortable\"><caption>Means over "
+          "the materials</caption>\n<thead><tr><th class=\"text\" rowspan=\"2\" scope=\"col\" "
+          "data-column=\"0\">Method</th><th class=\"text\" rowspan=\"2\" scope=\"col\" "
+          "data-column=\"1\">Variant</th><th class=\"text\" rowspan=\"2\" scope=\"col\" "
+          "data-column=\"2\">Fitted</th>",
+          r->out);
+    for (size_t l = 0; l < c->nlight; l++) {
+        fputs("<th class=\"first text\" colspan=\"2\" scope=\"colgroup\">light: ", r->out);
+        put(r, c->light[l].name);
+        fputs("</th>", r->out);
+    }
+    fputs("</tr>\n<tr>", r->out);
+    for (size_t l = 0; l < c->nlight; l++)
+        for (int i = 0; i < 2; i++)
+            fprintf(r->out, "<th%s scope=\"col\" data-column=\"%d\">%s</th>",
+                    i ? "" : " class=\"first\"", column++, figure_name[which[i]]);
+    fputs("</tr></thead>\n<tbody>\n", r->out);
+    for (size_t e = 0; e < c->material[0].nentry; e++) {
+        const struct dph_entry *entry = &c->material[0].entry[e];
+        if (!entry->shown)
+            continue;
+        put_names(r, entry);
+        for (size_t l = 0; l < c->nlight; l++)
+            for (int i = 0; i < 2; i++) {
+                double mean = mean_figure(c, entry, l, which[i]);
+                put_cell(r, i ? "" : "first", mean, figure_print(which[i], mean, number), NULL);
+            }
+        fputs("</tr>\n", r->out);
+    }
+    fputs("</tbody></table></div>\n", r->out);
+}
+
 /* The slider's place; hidden until the script has found its pictures. */
 static void put_slider(const struct report *r)
 {
@@ -496,6 +568,7 @@ static bool put_body(const struct report *r)
     bool ok = put_source(r, &colours, 0);
     dph_image_finish(&colours);
     fputs("\"><span><i>0: looks the same</i><i>1</i></span></div>\n", r->out);
+    put_overview(r);
     for (size_t m = 0; m < c->nmaterial && ok; m++)
         ok = put_material(r, &c->material[m]);
     put_run(r);

@@ -92,7 +92,7 @@ static double page_height(const struct sheet *sheet, size_t nmaterial)
 /* How many materials and at which scale: as many as a readable sheet holds. */
 static void fit_page(struct sheet *sheet, double foot)
 {
-    sheet->width = 2 * MARGIN + (double)(sheet->ncolumn + 1) * (COLUMN + GAP) - GAP;
+    sheet->width = 2 * MARGIN + fmax(5, (double)sheet->ncolumn + 1) * (COLUMN + GAP) - GAP;
     for (sheet->nmaterial = sheet->comparison->nmaterial;; sheet->nmaterial--) {
         sheet->scale = PIXELS;
         for (int turn = 0; turn < 3; turn++) { /* whole pixels change the height a little */
