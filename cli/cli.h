@@ -91,7 +91,7 @@ struct command {
 };
 
 extern const struct command command_bake, command_bench, command_candle, command_compare,
-    command_info, command_render;
+    command_fit, command_info, command_render;
 
 /* options.c */
 void settings_init(struct settings *settings, const struct command *command);

@@ -1,52 +1,16 @@
-/* diaphan compare INPUT: all methods beside the path-traced truth. Ctrl-C during the tracing keeps
- * the samples so far and goes on with them. */
+/* diaphan compare INPUT: all methods beside the path-traced truth. */
 #define _POSIX_C_SOURCE 200809L
 #include "cli.h"
+#include "watch.h"
 
 #include <diaphan/file.h>
 #include <diaphan/judge.h>
 
 #include <errno.h>
 #include <math.h>
-#include <signal.h>
 #include <stdlib.h>
 #include <string.h>
 
-static volatile sig_atomic_t interrupted;
-
-static void interrupt(int number)
-{
-    (void)number;
-    interrupted = 1;
-}
-
-/* The bar of the phase that is under way. */
-struct watch {
-    const struct settings *settings;
-    struct progress progress;
-    enum dph_judge_phase phase;
-    const char *material;
-    char label[96];
-    bool begun;
-};
-
-static bool step(void *user, enum dph_judge_phase phase, const char *material, double fraction)
-{
-    struct watch *watch = user;
-    if (!watch->begun || watch->phase != phase || watch->material != material) {
-        if (watch->begun)
-            progress_end(&watch->progress);
-        snprintf(watch->label, sizeof watch->label, "%s %.60s", dph_judge_phase_name(phase),
-                 material);
-        watch->begun = true;
-        watch->phase = phase;
-        watch->material = material;
-        progress_begin(&watch->progress, watch->settings, watch->label);
-    }
-    progress_step(&watch->progress, fraction);
-    bool stop = interrupted;
-    interrupted = 0;
-    return !stop;
 }
 
 /* --lights, by the camera. */
@@ -235,23 +199,6 @@ static int tolerate(const struct settings *settings, const struct dph_comparison
     return *flip_name || *psnr_name ? EXIT_TOLERANCE : EXIT_DONE;
 }
 
-static struct dph_comparison *watched(const struct settings *settings, struct dph_scene *scene,
-                                      struct dph_judge_params *params, const char *renderer,
-                                      struct dph_error *err)
-{
-    struct watch watch = {.settings = settings};
-    params->progress = step;
-    params->progress_user = &watch;
-    interrupted = 0;
-    void (*before)(int) = signal(SIGINT, interrupt);
-    struct dph_comparison *comparison = dph_comparison_create(scene, params, renderer, err);
-    if (watch.begun)
-        progress_end(&watch.progress);
-    if (before != SIG_ERR)
-        signal(SIGINT, before);
-    return comparison;
-}
-
 int compare_methods(const struct settings *settings)
 {
     int code = EXIT_DONE;
@@ -259,6 +206,7 @@ int compare_methods(const struct settings *settings)
     struct dph_material material[MAX_MATERIALS];
     const struct dph_method *method[32];
     struct dph_judge_params params;
+    struct watch watch;
     struct dph_scene *scene = NULL;
     struct dph_gl *gl = NULL;
     struct dph_comparison *comparison = NULL;
@@ -278,7 +226,9 @@ int compare_methods(const struct settings *settings)
     if (!(gl = dph_gl_create_headless(&err)))
         goto error;
     size_t warnings = scene->nwarning;
-    comparison = watched(settings, scene, &params, dph_gl_name(gl), &err);
+    watch_begin(&watch, settings, &params);
+    comparison = dph_comparison_create(scene, &params, dph_gl_name(gl), &err);
+    watch_end(&watch);
     report_warnings(settings, scene, warnings);
     if (!comparison)
         goto error;

@@ -7,7 +7,7 @@
 #include <string.h>
 
 static const struct command *const commands[] = {
-    &command_bake,   &command_render, &command_compare, &command_info,
+    &command_bake,   &command_render, &command_compare, &command_fit, &command_info,
     &command_candle, &command_bench,  NULL,
 };
 

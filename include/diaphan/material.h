@@ -67,6 +67,11 @@ const struct dph_material *dph_material_preset(size_t i);
  * DPH_ERROR_MEMORY. */
 bool dph_material_load(const char *name_or_path, struct dph_material *material, struct dph_error *err);
 
+/* Writes a material as such a file, numbers with nine digits; what is derived from the medium is
+ * left out. The file appears whole or not at all. False: DPH_ERROR_OUTPUT or DPH_ERROR_MEMORY. */
+bool dph_material_save(const struct dph_material *material, const char *path,
+                       struct dph_error *err);
+
 /* What follows from a medium, per channel. */
 struct dph_medium {
     double reduced_scattering[3]; /* (1 - g) scattering, 1/mm                                    */

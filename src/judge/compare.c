@@ -1,13 +1,9 @@
-/* The comparison: which entries there are, and the order in which they are made.
+/* The comparison: the order in which everything is made.
  *
  * For every material: bake, trace the truth, trace the training pictures, and then, for every way
  * in which thickness is baked, draw what is drawn from it, first with the numbers of the material,
- * then with fitted ones. The fitted curve of a method that takes thickness is the exponential one,
- * since the slab's has nothing to fit.
- *
- * shsss stands there with the bands of the bake (or of the file) and with two, the four
- * coefficients that Tomaszewska and Stefanowski recommend for light in front. A study adds both
- * formulas, both curves, both fits of the coefficients and 2, 3, 4 and 6 bands, all combined. */
+ * then with fitted ones. plans.c says which entries there are. */
+#include "judge/plans.h"
 #include "judge/protocol.h"
 
 #include "core/clock.h"
@@ -20,40 +16,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* An entry before it is drawn; it becomes two where there are fits. */
-struct plan {
-    const struct dph_method *method;
-    char variant[48];
-    bool shown;
-    int bake;               /* which of the bakes; -1: any */
-    int bands;              /* to draw with; 0: all that are stored */
-    enum dph_formula formula;
-    enum dph_curve curve, fitted_curve;
-};
-
-/* A way to bake thickness. */
-struct way {
-    bool stored; /* as the file has it */
-    enum dph_fit fit;
-    int bands;
-};
-
-enum { MOST_PLANS = 64, MOST_WAYS = 8 };
-
-struct plans {
-    int nplan, nway;
-    struct plan plan[MOST_PLANS];
-    struct way way[MOST_WAYS];
-};
-
 /* What is in hand while one material is judged. */
 struct work {
     struct dph_scene *scene;
     const struct dph_judge_params *params;
     struct dph_comparison *comparison;
     struct dph_judged *judged;
-    const struct plans *plans;
-    struct dph_variant_bake bake[MOST_WAYS];
+    const struct dph_plans *plans;
+    struct dph_variant_bake bake[DPH_MOST_WAYS];
     struct dph_rivals_report rivals;
     struct dph_training training;
     double mm_per_unit;
@@ -108,7 +78,7 @@ struct dph_judge_params dph_judge_defaults(void)
     return params;
 }
 
-static bool check(const struct dph_judge_params *params, struct dph_error *err)
+bool dph_judge_check(const struct dph_judge_params *params, struct dph_error *err)
 {
     if (!params->nmethod || !params->nmaterial)
         return dph_fail(err, DPH_ERROR_ARGUMENT, "nothing to compare: %zu methods, %zu materials",
@@ -136,84 +106,7 @@ static bool check(const struct dph_judge_params *params, struct dph_error *err)
     return true;
 }
 
-/* The number of a way to bake, added where it is new. */
-static int way_of(struct plans *plans, bool stored, enum dph_fit fit, int bands)
-{
-    for (int i = 0; i < plans->nway; i++)
-        if (plans->way[i].stored == stored && plans->way[i].fit == fit &&
-            plans->way[i].bands == bands)
-            return i;
-    plans->way[plans->nway] = (struct way){stored, fit, bands};
-    return plans->nway++;
-}
-
-static struct plan *add_plan(struct plans *plans, const struct dph_method *method)
-{
-    struct plan *plan = &plans->plan[plans->nplan++];
-    *plan = (struct plan){.method = method, .shown = true, .bake = -1};
-    return plan;
-}
-
-static void plan_study(struct plans *plans, const struct dph_method *method, int most)
-{
-    static const int bands[] = {2, 3, 4, 6};
-    static const char *const formulas[] = {"g", "paper"}, *const curves[] = {"slab", "exp"};
-    int all = most < 6 ? most : 6;
-    for (int formula = 0; formula < 2; formula++)
-        for (int curve = 0; curve < 2; curve++)
-            for (int fit = 0; fit < 2; fit++)
-                for (int b = 0; b < 4; b++) {
-                    if (bands[b] > all)
-                        continue;
-                    struct plan *plan = add_plan(plans, method);
-                    plan->shown = false;
-                    plan->formula = (enum dph_formula)formula;
-                    plan->curve = plan->fitted_curve = (enum dph_curve)curve;
-                    plan->bands = bands[b];
-                    plan->bake = way_of(plans, false, (enum dph_fit)fit,
-                                        fit == DPH_FIT_SPHERE ? all : bands[b]);
-                    snprintf(plan->variant, sizeof plan->variant, "%s, %s, %s, %d bands",
-                             formulas[formula], curves[curve], dph_fit_name((enum dph_fit)fit),
-                             bands[b]);
-                }
-}
-
-/* The entries of a material, unfitted ones only. */
-static void make_plans(struct plans *plans, const struct work *work,
-                       const struct dph_material *material)
-{
-    const struct dph_judge_params *params = work->params;
-    bool stored = dph_scene_is_baked(work->scene);
-    int bands = params->bake.bake.bands;
-    for (size_t b = 0; b < work->scene->nbody && stored; b++)
-        if (work->scene->body[b].thickness)
-            bands = work->scene->body[b].thickness->bands;
-    bands = bands < DPH_DRAW_BANDS ? bands : DPH_DRAW_BANDS;
-    *plans = (struct plans){0};
-    for (size_t m = 0; m < params->nmethod; m++) {
-        const struct dph_method *method = params->method[m];
-        struct plan *plan = add_plan(plans, method);
-        plan->formula = material->formula;
-        plan->curve = material->curve;
-        plan->fitted_curve = DPH_CURVE_EXP;
-        if (!method->needs_thickness)
-            continue;
-        plan->bake = way_of(plans, stored, params->bake.bake.fit, bands);
-        snprintf(plan->variant, sizeof plan->variant, "%d bands", bands);
-        if (bands > 2) {
-            struct plan *few = add_plan(plans, method);
-            *few = *plan;
-            few->bands = 2;
-            few->bake = way_of(plans, false, params->bake.bake.fit, 2);
-            snprintf(few->variant, sizeof few->variant, "2 bands");
-        }
-        if (params->study)
-            plan_study(plans, method, params->bake.bake.bands);
-    }
-}
-
-/* Whether a method is drawn by the formula of material.h. */
-static bool takes_thickness(const struct dph_method *method)
+bool dph_takes_thickness(const struct dph_method *method)
 {
     return method->needs_thickness || !strncmp(method->name, "green", 5);
 }
@@ -240,14 +133,15 @@ static double rivals_seconds(const struct dph_method *method,
 }
 
 /* What is known of an entry before it is drawn, while its bake is in the scene. */
-static bool begin_entry(struct work *work, const struct plan *plan, struct dph_renderer *renderer,
-                        struct dph_entry *entry, struct dph_error *err)
+static bool begin_entry(struct work *work, const struct dph_plan *plan,
+                        struct dph_renderer *renderer, struct dph_entry *entry,
+                        struct dph_error *err)
 {
     struct dph_cost cost;
     entry->method = plan->method;
     memcpy(entry->variant, plan->variant, sizeof entry->variant);
     entry->shown = plan->shown;
-    entry->takes_thickness = takes_thickness(plan->method);
+    entry->takes_thickness = dph_takes_thickness(plan->method);
     entry->material = work->judged->material;
     entry->material.formula = plan->formula;
     entry->material.curve = plan->curve;
@@ -287,7 +181,7 @@ static bool begin_entry(struct work *work, const struct plan *plan, struct dph_r
 }
 
 /* Makes the fitted twin of an entry. */
-static bool fit_entry(struct work *work, const struct plan *plan, struct dph_renderer *renderer,
+static bool fit_entry(struct work *work, const struct dph_plan *plan, struct dph_renderer *renderer,
                       struct dph_entry *entry, struct dph_judge_step *step, struct dph_error *err)
 {
     static const double one[3] = {1, 1, 1};
@@ -317,7 +211,7 @@ static bool judge_plan(struct work *work, size_t number, struct dph_renderer *re
                        struct dph_error *err)
 {
     const struct dph_judge_params *params = work->params;
-    const struct plan *plan = &work->plans->plan[number];
+    const struct dph_plan *plan = &work->plans->plan[number];
     size_t twins = params->fit ? 2 : 1;
     struct dph_entry *entry = &work->judged->entry[twins * number];
     struct dph_judge_step step = {params->progress, params->progress_user, DPH_JUDGE_FIT,
@@ -389,7 +283,7 @@ static bool bake_all(struct work *work, struct dph_error *err)
     struct dph_judge_step step = {params->progress, params->progress_user, DPH_JUDGE_BAKE,
                                   work->judged->material.name};
     for (int i = 0; i < work->plans->nway; i++) {
-        const struct way *way = &work->plans->way[i];
+        const struct dph_way *way = &work->plans->way[i];
         if (!way->stored &&
             !dph_variant_bake(&work->bake[i], work->scene, params, &work->judged->material,
                               way->fit, way->bands, &step, err))
@@ -434,12 +328,12 @@ static bool tell(const struct work *work, struct dph_error *err)
 static bool judge_material(struct work *work, const struct dph_material *material,
                            struct dph_error *err)
 {
-    struct plans *plans = dph_alloc(1, sizeof *plans);
+    struct dph_plans *plans = dph_alloc(1, sizeof *plans);
     double start = dph_seconds();
     if (!plans)
         return dph_fail_memory(err);
     work->judged->material = dph_judge_bare(material);
-    make_plans(plans, work, material);
+    dph_plans_make(plans, work->scene, dph_scene_is_baked(work->scene), work->params, material);
     work->plans = plans;
     bool ok = make_entries(work, err) && bake_all(work, err) &&
               dph_truth_trace(work->scene, work->params, work->mm_per_unit, work->judged, err) &&
@@ -502,7 +396,7 @@ struct dph_comparison *dph_comparison_create(struct dph_scene *scene,
 {
     double start = dph_seconds();
     struct work work = {.scene = scene, .params = params};
-    if (!check(params, err))
+    if (!dph_judge_check(params, err))
         return NULL;
     if (!(work.comparison = dph_alloc_zero(1, sizeof *work.comparison))) {
         dph_fail_memory(err);

@@ -10,18 +10,21 @@
  * squares of its truth: the front, a hundred times brighter than the back, would decide everything
  * otherwise.
  *
- * sigma of an exponential curve is searched: first on a grid, even in its logarithm, from 1/20 of
- * the object's size to a few mean free paths, then by golden sections around each channel's best.
- * The geometry is the same for all channels, so on the grid, where they share sigma, the three
- * pictures are the three channels of one. Other methods have one factor a channel. */
+ * sigma of an exponential curve is searched first, on a grid even in its logarithm, from 1/20 of
+ * the object's size to a few mean free paths, then by golden sections. For this one picture a light
+ * is enough: its channels are exp(-d / size), max(0, mu) and max(0, -mu), from which B, F and G of
+ * any sigma follow at every pixel (but for pixels that several triangles share, which is why the
+ * last step is drawn again). Other methods have one factor a channel. */
 #include "judge/protocol.h"
 
 #include "core/fail.h"
+#include "core/memory.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
-enum { GRID = 12, SECTIONS = 5 };
+enum { GRID = 24, SECTIONS = 10 };
 
 /* Sums over the object, by light and channel of the truth. */
 struct normal {
@@ -66,33 +69,79 @@ static void add(struct normal *normal, int light, int channel, const double valu
     }
 }
 
-/* Basis pictures of one sigma for all channels: base in red, front in green, back in blue. */
-static bool shared_basis(struct dph_fitting *fitting, double sigma, struct dph_image *image,
-                         struct normal *normal, struct dph_error *err)
+/* What one pixel of the object is under one training light. */
+struct probe {
+    float thickness; /* mm */
+    float front, back; /* max(0, mu), max(0, -mu), times irradiance and coverage */
+    float whole;     /* irradiance times coverage */
+};
+
+/* Draws what the shader has of thickness and angle; `probe` (nlight x pixels of the object). */
+static bool draw_probes(struct dph_fitting *fitting, struct dph_image *image, struct probe *probe,
+                        struct dph_error *err)
 {
     const struct dph_training *training = fitting->training;
     size_t pixels = (size_t)training->width * (size_t)training->height;
     struct dph_material material = fitting->frame.material;
+    material.formula = DPH_FORMULA_G;
+    material.curve = DPH_CURVE_EXP;
     for (int c = 0; c < 3; c++) {
-        material.sigma[c] = sigma;
+        material.sigma[c] = c == 0 ? 1 / fitting->size_mm : 0;
         material.base[c] = c == 0;
         material.front[c] = c == 1;
         material.back[c] = c == 2;
     }
-    memset(normal, 0, sizeof *normal);
     for (int l = 0; l < training->nlight; l++) {
         if (!draw(fitting, &material, l, image, err))
             return false;
         for (size_t i = 0; i < pixels; i++) {
             if (!training->mask[i])
                 continue;
-            const float *m = image->pixel + 4 * i, *r = training->image[l].pixel + 4 * i;
-            const double value[3] = {(double)m[0], (double)m[1], (double)m[2]};
-            for (int c = 0; c < 3; c++)
-                add(normal, l, c, value, (double)r[c]);
+            const float *m = image->pixel + 4 * i;
+            double whole = (double)m[3] * training->light[l].irradiance[0];
+            double through = whole > 0 ? (double)m[0] / whole : 1;
+            probe->whole = (float)whole;
+            probe->front = m[1];
+            probe->back = m[2];
+            probe->thickness =
+                (float)(-log(fmin(fmax(through, 1e-30), 1)) * fitting->size_mm);
+            probe++;
         }
     }
     return true;
+}
+
+/* The normal equations of one channel for a sigma, solved; the value that is to be least. */
+static double try_sigma(const struct dph_fitting *fitting, const struct probe *probe, int channel,
+                        double sigma)
+{
+    const struct dph_training *training = fitting->training;
+    size_t pixels = (size_t)training->width * (size_t)training->height;
+    bool paper = fitting->frame.material.formula == DPH_FORMULA_PAPER;
+    int n = paper ? 2 : 3;
+    double matrix[9] = {0}, right[3] = {0}, x[3];
+    for (int l = 0; l < training->nlight; l++) {
+        double weight = training->weight[l][channel];
+        const float *truth = training->image[l].pixel + channel;
+        for (size_t i = 0; i < pixels; i++) {
+            if (!training->mask[i])
+                continue;
+            double t = exp(-sigma * (double)probe->thickness);
+            const double value[3] = {t * (double)probe->whole,
+                                     (paper ? 1 : t) * (double)probe->front,
+                                     t * (double)probe->back};
+            for (int j = 0; j < n; j++) {
+                right[j] += weight * value[j] * (double)truth[4 * i];
+                for (int k = 0; k <= j; k++)
+                    matrix[j * n + k] += weight * value[j] * value[k];
+            }
+            probe++;
+        }
+    }
+    for (int j = 0; j < n; j++)
+        for (int k = j + 1; k < n; k++)
+            matrix[j * n + k] = matrix[k * n + j];
+    return dph_solve_nonnegative(n, matrix, right, x);
 }
 
 /* Basis pictures where every channel has its own curve: one after the other. `image` (3). */
@@ -140,89 +189,63 @@ static double solve(const struct dph_fitting *fitting, const struct normal *norm
     return dph_solve_nonnegative(n, matrix, right, x);
 }
 
-/* The sections of one channel's logarithm of sigma: a point to try, and what became of it. */
-struct section {
-    double low, high, inner[2], value[2];
-    double best, best_value;
-};
-
-static const double RATIO = 0.61803398874989485;
-
-static double section_point(struct section *s, int round)
+/* The best sigma of one channel, between exp(low) and exp(high). */
+static double search_channel(const struct dph_fitting *fitting, const struct probe *probe,
+                             int channel, double low, double high)
 {
-    if (round < 2)
-        return s->inner[round] = round ? s->low + RATIO * (s->high - s->low)
-                                       : s->high - RATIO * (s->high - s->low);
-    if (s->value[0] < s->value[1]) { /* it is left of inner[1] */
-        s->high = s->inner[1];
-        s->inner[1] = s->inner[0];
-        s->value[1] = s->value[0];
-        s->value[0] = NAN;
-        return s->inner[0] = s->high - RATIO * (s->high - s->low);
+    static const double ratio = 0.38196601125010515; /* of the larger part, as a golden section */
+    double width = (high - low) / (GRID - 1), least = INFINITY, middle = low;
+    for (int g = 0; g < GRID; g++) {
+        double value = try_sigma(fitting, probe, channel, exp(low + g * width));
+        if (value < least) {
+            least = value;
+            middle = low + g * width;
+        }
     }
-    s->low = s->inner[0];
-    s->inner[0] = s->inner[1];
-    s->value[0] = s->value[1];
-    s->value[1] = NAN;
-    return s->inner[1] = s->low + RATIO * (s->high - s->low);
-}
-
-static void section_take(struct section *s, int round, double point, double value)
-{
-    s->value[round < 2 ? round : isnan(s->value[0]) ? 0 : 1] = value;
-    if (value < s->best_value) {
-        s->best_value = value;
-        s->best = point;
+    double left = fmax(middle - width, low), right = fmin(middle + width, high);
+    for (int round = 0; round < SECTIONS; round++) {
+        bool above = right - middle > middle - left;
+        double point = middle + ratio * (above ? right - middle : left - middle);
+        double value = try_sigma(fitting, probe, channel, exp(point));
+        if (value < least) {
+            if (above)
+                left = middle;
+            else
+                right = middle;
+            middle = point;
+            least = value;
+        } else if (above) {
+            right = point;
+        } else {
+            left = point;
+        }
     }
+    return exp(middle);
 }
 
 /* The best sigma of every channel. */
-static bool search(struct dph_fitting *fitting, struct dph_image image[3], double sigma[3],
+static bool search(struct dph_fitting *fitting, struct dph_image *image, double sigma[3],
                    struct dph_error *err)
 {
-    struct normal normal;
+    const struct dph_training *training = fitting->training;
     struct dph_medium medium;
-    struct section section[3];
-    double x[3], value[3][GRID], thickest = 0;
+    double thickest = 0;
+    struct probe *probe = dph_alloc((size_t)training->nlight * training->pixels, sizeof *probe);
+    if (!probe)
+        return dph_fail_memory(err);
     dph_material_medium(&fitting->frame.material, &medium);
     for (int c = 0; c < 3; c++)
         thickest = fmax(thickest, medium.reduced_scattering[c] +
                                       fitting->frame.material.absorption[c]);
     double low = log(.05 / fitting->size_mm), high = log(fmax(4 * thickest, 50 / fitting->size_mm));
-    double width = (high - low) / (GRID - 1);
-    for (int g = 0; g < GRID; g++) {
-        if (!dph_judge_step_checked(fitting->step, g / (GRID + 3. * SECTIONS), err) ||
-            !shared_basis(fitting, exp(low + g * width), image, &normal, err))
-            return false;
-        for (int c = 0; c < 3; c++)
-            value[c][g] = solve(fitting, &normal, c, x);
+    bool ok = draw_probes(fitting, image, probe, err);
+    for (int c = 0; c < 3 && ok; c++) {
+        ok = dph_judge_step_checked(fitting->step, c / 3., err);
+        if (ok)
+            sigma[c] = search_channel(fitting, probe, c, low, high);
     }
-    for (int c = 0; c < 3; c++) {
-        int best = 0;
-        for (int g = 1; g < GRID; g++)
-            best = value[c][g] < value[c][best] ? g : best;
-        double middle = low + best * width;
-        section[c] = (struct section){.low = fmax(middle - width, low),
-                                      .high = fmin(middle + width, high),
-                                      .best = middle,
-                                      .best_value = value[c][best]};
-    }
-    for (int round = 0; round < SECTIONS; round++) {
-        double point[3];
-        for (int c = 0; c < 3; c++) {
-            point[c] = section_point(&section[c], round);
-            sigma[c] = exp(point[c]);
-        }
-        if (!dph_judge_step_checked(fitting->step,
-                                    (GRID + 3. * round) / (GRID + 3. * SECTIONS), err) ||
-            !own_basis(fitting, sigma, image, &normal, err))
-            return false;
-        for (int c = 0; c < 3; c++)
-            section_take(&section[c], round, point[c], solve(fitting, &normal, c, x));
-    }
-    for (int c = 0; c < 3; c++)
-        sigma[c] = exp(section[c].best);
-    return true;
+    free(probe);
+    return ok;
 }
 
 static bool begin_images(const struct dph_training *training, struct dph_image *image, int count,

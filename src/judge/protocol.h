@@ -20,6 +20,13 @@ bool dph_judge_step(void *step, double fraction); /* a dph_progress */
 /* False: cancelled, and *err says so. */
 bool dph_judge_step_checked(struct dph_judge_step *step, double fraction, struct dph_error *err);
 
+/* compare.c */
+
+/* Whether parameters are in range. */
+bool dph_judge_check(const struct dph_judge_params *params, struct dph_error *err);
+/* Whether a method is drawn by the formula of material.h. */
+bool dph_takes_thickness(const struct dph_method *method);
+
 /* truth.c */
 
 /* The lights that the free numbers are fitted on, in the world, each with irradiance pi. */

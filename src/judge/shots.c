@@ -2,9 +2,9 @@
  *
  * All methods get the same camera, lights and size, and neither highlight, rim nor ambient light.
  * Two things make a figure doubtful, and each is told where it stands. PSNR within 10 dB of what
- * the noise of the reference alone leaves: then a tenth of the error or more is noise. And two methods
- * that the reference cannot tell apart: with pictures m and n, truth r, and variance v of a pixel
- * of r, the difference of their squared errors is
+ * the noise of the reference alone leaves: then a tenth of the error or more is noise. And two
+ * methods that the reference cannot tell apart: with pictures m and n, truth r, and variance v of a
+ * pixel of r, the difference of their squared errors is
  *
  *     D = mean((m - r)^2 - (n - r)^2),   of variance   4 sum((m - n)^2 v) / N^2,
  *

@@ -2,7 +2,8 @@
  *
  * The answer is free in some unknowns and 0 in the others (C. L. Lawson, R. J. Hanson, "Solving
  * least squares problems", 1974, chapter 23). With three there are seven sets that can be free:
- * each is solved by Cholesky's factors, and the best of the answers without a negative number is it. */
+ * each is solved by Cholesky's factors, and the best of the answers without a negative number is
+ * it. */
 #include "judge/protocol.h"
 
 #include <math.h>

@@ -12,6 +12,7 @@
 #include <math.h>
 #include <stddef.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* What a key holds and where its value goes in struct dph_material. Values lie in [low, high], or
@@ -44,6 +45,8 @@ static const struct key keys[] = {
     {"ambient", NUMBER, AT(ambient), 0, 1e6, false, false},
 };
 #define KEYS (sizeof keys / sizeof *keys)
+
+static const char *const formulas[2] = {"g", "paper"}, *const curves[2] = {"slab", "exp"};
 
 /* A value for a message, short. */
 static const char *show(const json_t *value, char text[32])
@@ -94,7 +97,6 @@ static bool read_word(const char *place, const json_t *value, const char *const 
 static bool read_key(const struct key *key, const json_t *value, struct dph_material *material,
                      const char *path, struct dph_error *err)
 {
-    static const char *const formulas[2] = {"g", "paper"}, *const curves[2] = {"slab", "exp"};
     void *out = (char *)material + key->offset;
     char text[32];
     int word = 0;
@@ -183,4 +185,55 @@ bool dph_material_load_json(const char *path, const struct dph_material *default
     if (ok)
         *material = result;
     return ok;
+}
+
+/* The value of a key as JSON; NULL: out of memory. */
+static json_t *value_of(const struct key *key, const struct dph_material *material)
+{
+    const void *in = (const char *)material + key->offset;
+    switch (key->kind) {
+    case NUMBER: return json_real(*(const double *)in);
+    case TRIPLE: {
+        const double *v = in;
+        return json_pack("[fff]", v[0], v[1], v[2]);
+    }
+    case TEXT: return json_string_nocheck(in);
+    case FORMULA: return json_string(formulas[material->formula == DPH_FORMULA_PAPER]);
+    case CURVE: return json_string(curves[material->curve == DPH_CURVE_EXP]);
+    }
+    return NULL;
+}
+
+/* Whether a key says something: not a triple of which any number is derived. */
+static bool is_said(const struct key *key, const struct dph_material *material)
+{
+    const double *v = (const void *)((const char *)material + key->offset);
+    return key->kind != TRIPLE || (isfinite(v[0]) && isfinite(v[1]) && isfinite(v[2]));
+}
+
+bool dph_material_save(const struct dph_material *material, const char *path,
+                       struct dph_error *err)
+{
+    json_t *root = json_object();
+    struct dph_output *out = NULL;
+    char *text = NULL;
+    for (size_t i = 0; i < KEYS && root; i++)
+        if (is_said(&keys[i], material) &&
+            json_object_set_new(root, keys[i].name, value_of(&keys[i], material)))
+            goto error;
+    if (!root || !(text = json_dumps(root, JSON_INDENT(2) | JSON_REAL_PRECISION(9))))
+        goto error;
+    json_decref(root);
+    if (!(out = dph_output_open(path, err))) {
+        free(text);
+        return false;
+    }
+    dph_output_printf(out, "%s\n", text);
+    free(text);
+    return dph_output_close(out, err);
+
+error:
+    json_decref(root);
+    free(text);
+    return dph_fail_memory(err);
 }

@@ -1,0 +1,49 @@
+/* The bar of the phase that is under way. */
+#include "watch.h"
+
+#include <signal.h>
+
+static volatile sig_atomic_t interrupted;
+
+static void interrupt(int number)
+{
+    (void)number;
+    interrupted = 1;
+}
+
+static bool step(void *user, enum dph_judge_phase phase, const char *material, double fraction)
+{
+    struct watch *watch = user;
+    if (!watch->begun || watch->phase != phase || watch->material != material) {
+        if (watch->begun)
+            progress_end(&watch->progress);
+        snprintf(watch->label, sizeof watch->label, "%s %.60s", dph_judge_phase_name(phase),
+                 material);
+        watch->begun = true;
+        watch->phase = phase;
+        watch->material = material;
+        progress_begin(&watch->progress, watch->settings, watch->label);
+    }
+    progress_step(&watch->progress, fraction);
+    bool stop = interrupted;
+    interrupted = 0;
+    return !stop;
+}
+
+void watch_begin(struct watch *watch, const struct settings *settings,
+                 struct dph_judge_params *params)
+{
+    *watch = (struct watch){.settings = settings};
+    params->progress = step;
+    params->progress_user = watch;
+    interrupted = 0;
+    watch->before = signal(SIGINT, interrupt);
+}
+
+void watch_end(struct watch *watch)
+{
+    if (watch->begun)
+        progress_end(&watch->progress);
+    if (watch->before != SIG_ERR)
+        signal(SIGINT, watch->before);
+}
