@@ -11,8 +11,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-}
-
 /* --lights, by the camera. */
 static bool choose_lights(const struct settings *settings, struct dph_judge_params *params)
 {
@@ -215,6 +213,11 @@ int compare_methods(const struct settings *settings)
     params.method = method;
     params.nmethod = choose_methods(settings, method, 32);
     params.material = material;
+    for (size_t i = 0; i < params.nmethod; i++)
+        if (method[i]->quantity) {
+            complain(settings, "--methods: %s draws a quantity, not light", method[i]->name);
+            return EXIT_USAGE;
+        }
     if (!choose_lights(settings, &params))
         return EXIT_USAGE;
     if (!choose_materials(settings, material, &params.nmaterial, &code))
