@@ -63,7 +63,7 @@ struct settings {
     double exposure;
     double background[3];
     int width, height;
-    int use_bands; /* 0: all */
+    int use_bands; /* 0: all; DPH_BANDS_AUTO */
     enum dph_window window;
     int samples;
 

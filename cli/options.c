@@ -309,6 +309,15 @@ static bool parse_spot_light(const struct option *option, struct settings *setti
     return true;
 }
 
+static bool parse_bands(const struct option *option, struct settings *settings, const char *value,
+                        char *why)
+{
+    if (strcmp(value, "auto"))
+        return parse_int(option, settings, value, why);
+    settings->use_bands = DPH_BANDS_AUTO;
+    return true;
+}
+
 static bool parse_map_size(const struct option *option, struct settings *settings,
                            const char *value, char *why)
 {
@@ -481,8 +490,9 @@ static const struct option options[] = {
     {"background", 0, "R,G,B", "0,0,0", "colour behind the object, linear", AT(background), 0, 0,
      NULL, parse_colour},
     {"resolution", 0, "WxH", "1280x800", "pixels", AT(width), 1, 32768, NULL, parse_resolution},
-    {"use-bands", 0, "N", "all", "draw with the first N of the stored bands, 1 to 6", AT(use_bands),
-     1, DPH_DRAW_BANDS, NULL, parse_int},
+    {"use-bands", 0, "N", "all",
+     "draw with the first N of the stored bands, 1 to 6; auto: 2 with light from the front, all with "
+     "light from behind", AT(use_bands), 1, DPH_DRAW_BANDS, NULL, parse_bands},
     {"window", 0, "NAME", "none", "damps ringing, at the price of detail", AT(window), 0, 0,
      window_name, parse_choice},
     {"formula", 0, "NAME", "g", "how thickness becomes light: ours, or the paper's sum",

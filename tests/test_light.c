@@ -224,6 +224,43 @@ static void test_disc(void **state)
     }
 }
 
+/* Two bands in front, six from the side on, and nothing but a slope between; the length of a
+ * direction does not matter, and without one all bands stay. */
+static void test_detail(void **state)
+{
+    (void)state;
+    const double eye[3] = {0, 0, 7}, none[3] = {0, 0, 0};
+    double last = 2;
+    for (int degrees = 0; degrees <= 180; degrees++) {
+        double angle = degrees * 3.14159265358979323846 / 180;
+        const double light[3] = {.3 * sin(angle), 0, .3 * cos(angle)};
+        double detail = dph_light_detail(light, eye);
+        assert_true(detail >= last && detail < last + .2);
+        if (degrees <= 25)
+            assert_true(detail == 2);
+        if (degrees >= 70)
+            assert_true(detail == 6);
+        last = detail;
+    }
+    assert_true(dph_light_detail(none, eye) == 6 && dph_light_detail(eye, none) == 6);
+    struct dph_light_constants constants;
+    for (int tenths = 20; tenths <= 60; tenths++) {
+        for (int i = 0; i < 36; i++)
+            constants.sh[i / 4][i % 4] = 1;
+        dph_light_fade(&constants, .1 * tenths);
+        for (int i = 0; i < 36; i++) {
+            int l = (int)sqrt(i);
+            double beyond = .1 * tenths - l, value = (double)constants.sh[i / 4][i % 4];
+            if (beyond <= 0)
+                assert_true(value == 0);
+            else if (beyond >= 1)
+                assert_true(value == 1);
+            else
+                assert_true(value > 0 && value <= 1.5 * beyond);
+        }
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -231,7 +268,7 @@ int main(void)
         cmocka_unit_test(test_rotation),  cmocka_unit_test(test_scale),
         cmocka_unit_test(test_ellipsoid), cmocka_unit_test(test_bands_and_windows),
         cmocka_unit_test(test_nothing),   cmocka_unit_test(test_local),
-        cmocka_unit_test(test_disc),
+        cmocka_unit_test(test_disc),      cmocka_unit_test(test_detail),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -52,7 +52,7 @@ void dph_light_constants(const struct dph_light *light, const struct dph_thickne
 /* Level of detail: how many bands of thickness a light is worth, a number from 2 to DPH_DRAW_BANDS.
  * `to_light` and `to_eye` lead away from the body, any length. 2 where the light is well in front
  * of the body, as the camera sees it, so that what is seen is lit from outside and its thickness is
- * next to nothing; all where the light is level with it or behind, and shines through. It changes
+ * next to nothing; all where the light is beside it or behind, and shines through. It changes
  * continuously with both directions; a length of 0 gives DPH_DRAW_BANDS. */
 double dph_light_detail(const double to_light[3], const double to_eye[3]);
 

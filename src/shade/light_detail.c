@@ -10,10 +10,11 @@
 
 #include <math.h>
 
-/* Cosines of the angle between light and camera, from the body: all bands at FULL and below, two at
- * FRONT and above. */
-#define FULL 0.0
-#define FRONT 0.8
+/* Cosines of the angle between light and camera, from the body: all bands at FULL and below, from 70
+ * degrees on, two at FRONT and above, up to 26 degrees. Between 50 and 70 degrees two bands err the
+ * most: the light grazes what is seen. */
+#define FULL 0.35
+#define FRONT 0.9
 #define FEWEST 2
 
 double dph_light_detail(const double to_light[3], const double to_eye[3])

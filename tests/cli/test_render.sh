@@ -51,6 +51,7 @@ different --background 0.1,0.2,0.3
 different --material marble
 different --size-mm 100
 different --use-bands 2
+different --use-bands auto --light 10,15
 different --formula paper
 different --ambient 0.2
 different --rim 0.5

@@ -37,6 +37,7 @@ refuse 1 "--resolution: wants" render box.obj -o x.png --resolution 640x480x3
 refuse 1 "--background: wants R,G,B" render box.obj -o x.png --background 1,1
 refuse 1 "--fov: 180 is out of range" render box.obj -o x.png --fov 180
 refuse 1 "--use-bands: 7 is out of range" render box.obj -o x.png --use-bands 7
+refuse 1 "--use-bands: 'some' is no whole number" render box.obj -o x.png --use-bands some
 refuse 1 ".png or .exr" render box.obj -o x.jpg
 refuse 1 ".glb, .obj, .ply or .stl" candle -o candle.fbx
 refuse 1 "there are: bake, draw" bench cook
