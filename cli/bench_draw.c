@@ -14,7 +14,7 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { GROUP = 7, NEAR_TO_FAR = 8, CELLS = 64 };
+enum { GROUP = 9, NEAR_TO_FAR = 8, CELLS = 64 };
 
 /* What -o adds to the matrix: how the methods grow that differ in kind. */
 static const int growth_counts[] = {1, 2, 4, 8, 16};
@@ -64,6 +64,11 @@ static int list_variants(const struct settings *settings, unsigned methods, bool
                         variant[count++] =
                             (struct variant){.method = method, .bands = bands, .store = stores[s]};
                 }
+            if (!settings->use_bands || settings->use_bands == DPH_BANDS_AUTO)
+                variant[count++] = (struct variant){.method = method,
+                                                    .bands = DPH_DRAW_BANDS,
+                                                    .chosen = true,
+                                                    .store = DPH_STORE_SNORM8};
         } else if (method->needs & DPH_PRODUCT_CLUSTERS) {
             for (int s = 0; s < CPCA_SETTINGS; s++)
                 variant[count++] = (struct variant){.method = method,
@@ -121,6 +126,7 @@ static struct dph_frame frame_of(const struct settings *settings, const struct b
     if (cell->far)
         frame.camera.distance *= NEAR_TO_FAR;
     frame.method = variant->method;
+    frame.bands = variant->chosen ? DPH_BANDS_AUTO : 0;
     frame.material = model->material;
     frame.mm_per_unit = model->mm_per_unit;
     frame.width = cell->width;

@@ -22,6 +22,7 @@ field '(.renderer | length) > 0 and .model == "box.obj" and .vertices == 24 and 
 # two arrangements, two cameras; 7 other methods, one in two settings, shsss with 6 numbers of bands in 3 types
 field '[.results[] | select(.method != "shsss")] | length == 4 * 7'
 field '[.results[] | select(.method == "shsss" and .use_bands != "auto")] | length == 4 * 18'
+field '[.results[] | select(.use_bands == "auto")] | length == 4'
 field '[.results[] | [.width, .height]] | unique == [[32, 20]]'
 field '[.results[] | [.indexed, .camera]] | unique | length == 4'
 field '[.results[] | select(.method == "prt-cpca") | [.clusters, .vectors]] | unique | length == 2'
