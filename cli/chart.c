@@ -196,6 +196,8 @@ static void lay_out(struct drawing *d)
     for (int i = 0; i < chart->nseries; i++)
         d->labels = fmax(d->labels, canvas_text_width(d->canvas, &label_type,
                                                       chart->series[i].label));
+    for (int i = 0; i < chart->ngroup; i++)
+        d->labels = fmax(d->labels, canvas_text_width(d->canvas, &group_type, chart->group[i]));
     d->labels = fmin(ceil(d->labels + 1), WIDTH * 0.28);
     for (int i = 0; i < chart->npanel * chart->ngroup * chart->nseries; i++) {
         print_value(chart->value[i].value, text);
