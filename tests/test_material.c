@@ -182,7 +182,7 @@ static void test_constants(void **state)
     dph_material_constants(&material, &k);
     assert_float_equal(k.base[1], .25 * medium.reflectance[1] / PI, 1e-7);
     assert_float_equal(k.front[1], .6 * medium.reflectance[1] / PI, 1e-7);
-    assert_float_equal(k.back[1], .7 / PI, 1e-7);
+    assert_float_equal(k.back[1], .35 / PI, 1e-7);
     assert_float_equal(k.f0, .0337, 1e-4);
     material.formula = DPH_FORMULA_PAPER;
     material.curve = DPH_CURVE_EXP;

@@ -38,7 +38,7 @@ struct dph_material {
     double sigma[3];       /* of DPH_CURVE_EXP, 1/mm; derived: the effective transport coefficient */
     double base[3];        /* b; derived: .25 Rd / pi (formula G), Rd / pi (paper)        */
     double front[3];       /* f; derived: .6 Rd / pi (formula G), Rd / pi (paper)                 */
-    double back[3];        /* g; derived: .7 / pi (formula G)                                    */
+    double back[3];        /* g; derived: .35 / pi (formula G)                                   */
     double specular;       /* scale of the Blinn-Phong highlight, 0: off                         */
     double shininess;      /* its exponent; 40                                                   */
     double rim;            /* scale of the rim term, 0: off                                      */
