@@ -34,12 +34,17 @@ void variant_label(const struct variant *variant, char label[48])
         snprintf(label, 48, "%s", name);
 }
 
+const char *camera_label(const struct cell *cell)
+{
+    return cell->given ? "given" : cell->far ? "far" : "near";
+}
+
 void cell_label(const struct cell *cell, char label[64])
 {
     char lights[24] = "";
     if (cell->lights > 1)
         snprintf(lights, sizeof lights, ", %d lights", cell->lights);
-    snprintf(label, 64, "%dx%d, %s, %s%s", cell->width, cell->height, cell->far ? "far" : "near",
+    snprintf(label, 64, "%dx%d, %s, %s%s", cell->width, cell->height, camera_label(cell),
              cell->indexed ? "indexed" : "unshared", lights);
 }
 
@@ -125,6 +130,8 @@ static struct dph_frame frame_of(const struct settings *settings, const struct b
         frame.camera.distance = side / sqrt(sum) / tan(frame.camera.fov * pi / 360.0);
     if (cell->far)
         frame.camera.distance *= NEAR_TO_FAR;
+    if (cell->given)
+        frame.camera = settings->camera;
     frame.method = variant->method;
     frame.bands = variant->chosen ? DPH_BANDS_AUTO : 0;
     frame.material = model->material;
@@ -291,15 +298,16 @@ static bool run_plan(const struct settings *settings, const struct bench_run *ru
 static void plan_matrix(struct plan *plan, const struct settings *settings, unsigned methods)
 {
     static const int sizes[2][2] = {{1280, 800}, {5, 5}};
-    const bool one = is_given(settings, "resolution");
+    const bool one = is_given(settings, "resolution"), given = is_given(settings, "camera");
     *plan = (struct plan){0};
     plan->nvariant = list_variants(settings, methods, false, plan->variant);
     for (int indexed = 0; indexed < 2; indexed++)
         for (int s = 0; s < (one ? 1 : 2); s++)
-            for (int far = 0; far < 2; far++)
+            for (int far = 0; far < (given ? 1 : 2); far++)
                 plan->cell[plan->ncell++] =
                     (struct cell){.indexed = indexed,
                                   .far = far,
+                                  .given = given,
                                   .width = one ? settings->width : sizes[s][0],
                                   .height = one ? settings->height : sizes[s][1],
                                   .lights = 1};
@@ -314,6 +322,7 @@ static void plan_growth(struct plan *plan, const struct settings *settings, unsi
     for (int indexed = brief; indexed < 2; indexed++)
         for (int i = 0; i < ncount; i++)
             plan->cell[plan->ncell++] = (struct cell){.indexed = indexed,
+                                                      .given = is_given(settings, "camera"),
                                                       .width = settings->width,
                                                       .height = settings->height,
                                                       .lights = count[i]};

@@ -18,7 +18,7 @@ struct variant {
 
 /* Where it is drawn. */
 struct cell {
-    bool indexed, far;
+    bool indexed, far, given; /* the camera: near, far, or that of --camera */
     int width, height, lights;
 };
 
@@ -65,6 +65,8 @@ struct bench_run {
 void variant_label(const struct variant *variant, char label[48]);
 /* "1280x800, near, unshared". */
 void cell_label(const struct cell *cell, char label[64]);
+/* "near", "far" or "given". */
+const char *camera_label(const struct cell *cell);
 
 /* bench_model.c */
 /* The settings of prt-cpca: that of the DirectX sample, and a clustered one. */

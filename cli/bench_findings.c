@@ -159,8 +159,8 @@ static int vertex_cell(const struct bench_result *result, const struct bench_tab
     const struct cell *here = &row_at(result, table, cell, 0)->cell;
     for (int c = 0; c < table->ncell; c++) {
         const struct cell *there = &row_at(result, table, c, 0)->cell;
-        if (there->indexed == here->indexed && there->far == here->far && there->width <= 16 &&
-            there->height <= 16 && c != cell)
+        if (there->indexed == here->indexed && there->far == here->far &&
+            there->given == here->given && there->width <= 16 && there->height <= 16 && c != cell)
             return c;
     }
     return -1;

@@ -81,7 +81,7 @@ static bool save_chart(const struct settings *settings, const struct bench_run *
                      cell->lights > 1 ? "s" : "");
         else
             snprintf(groups[chart.ngroup], 48, "%d x %d, %s", cell->width, cell->height,
-                     cell->far ? "far" : "near");
+                     camera_label(cell));
         group[chart.ngroup] = groups[chart.ngroup];
         chart.ngroup++;
     }
@@ -136,7 +136,7 @@ static void write_table(FILE *stream, const struct bench_result *result,
         if (table->growth)
             fprintf(stream, " %d light%s |", cell->lights, cell->lights > 1 ? "s" : "");
         else
-            fprintf(stream, " %dx%d %s |", cell->width, cell->height, cell->far ? "far" : "near");
+            fprintf(stream, " %dx%d %s |", cell->width, cell->height, camera_label(cell));
     }
     fprintf(stream, "\n| --- | --- | --- | --- |");
     for (int c = 0; c < columns; c++)
@@ -190,8 +190,12 @@ static void write_report(FILE *stream, const struct settings *settings, const st
             run->result[0].row[0].timing.gpu ? "the GPU's timer"
                                              : "glFinish and a clock (the driver's timers do not "
                                                "count what a software rasteriser does)");
-    fprintf(stream, "* near: the model's largest side is as high as the frame; far: an eighth of "
-                    "that (100 of 800 pixels)\n\n");
+    if (is_given(settings, "camera"))
+        fprintf(stream, "* Camera at azimuth %g, elevation %g, %g bounding-sphere radii away\n\n",
+                settings->camera.azimuth, settings->camera.elevation, settings->camera.distance);
+    else
+        fprintf(stream, "* near: the model's largest side is as high as the frame; far: an eighth "
+                        "of that (100 of 800 pixels)\n\n");
     for (int i = 0; i < run->nresult; i++) {
         const struct bench_result *result = &run->result[i];
         fprintf(stream, "## ");
@@ -207,7 +211,7 @@ static void write_report(FILE *stream, const struct settings *settings, const st
                 write_findings(stream, result, table);
             fprintf(stream,
                     "Milliseconds a frame, median, and in brackets the ratio to lambert%s.\n\n",
-                    table->growth ? " with as many lights (near)" : "");
+                    table->growth ? " with as many lights" : "");
             write_table(stream, result, table, false);
             write_table(stream, result, table, true);
         }

@@ -51,7 +51,7 @@ static void print_row(struct json *json, const struct bench_result *result,
     emit_count(json, "lights", (size_t)row->cell.lights);
     emit_count(json, "passes", (size_t)row->cost.passes);
     emit_bool(json, "indexed", row->cell.indexed);
-    emit_text(json, "camera", row->cell.far ? "far" : "near");
+    emit_text(json, "camera", camera_label(&row->cell));
     emit_count(json, "width", (size_t)row->cell.width);
     emit_count(json, "height", (size_t)row->cell.height);
     emit_count(json, "vertices", row->vertices);

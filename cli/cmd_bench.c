@@ -21,8 +21,9 @@
 
 static const char *const takes[] = {"output", "directions", "fit", "seconds", "scale",
                                     /* draw */
-                                    "methods", "resolution", "use-bands", "lights", "repeat-mesh",
-                                    "material", "size-mm", "map-size", "samples", NULL};
+                                    "methods", "camera", "resolution", "use-bands", "lights",
+                                    "repeat-mesh", "material", "size-mm", "map-size", "samples",
+                                    NULL};
 
 static const char *const BUNNY = "/usr/share/glmark2/models/bunny.obj";
 

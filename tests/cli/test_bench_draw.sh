@@ -44,7 +44,8 @@ field '[.results[] | .store] | unique == [null, "snorm8"]'
 field '[.results[] | select(.method == "green" and .lights == 3) | .passes == 4] | all'
 field '[.results[] | select(.indexed) | .vertices == 96] | all'
 
-expect 0 bench draw box.obj $tiny --methods patro --resolution 16x16
+expect 0 bench draw box.obj $tiny --methods patro --resolution 16x16 --camera 0,15,3.5
+grep -q 'given' stdout || fail 'the camera is not that of --camera'
 grep -q 'x lambert' stdout || fail "no ratio in the table"
 
 # the folder: two charts in two formats, a report that names the command, the figures
