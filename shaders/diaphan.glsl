@@ -147,6 +147,39 @@ vec3 dph_lambert(DphMaterial m, vec3 normal, vec3 to_light, vec3 to_eye, vec3 ir
     return irradiance * result;
 }
 
+// The response: radiance per irradiance of light from one direction, front light included. The
+// vertex stage's sum is dph_thickness() with the values of dph_response_light(); the ramp's colours
+// lie in a texture of DPH_RAMP by 1 texels, filtered linearly.
+#define DPH_RAMP 24.0
+
+// `u`: root of the value, over that of the ramp's end
+vec3 dph_ramp(sampler2D ramp, float u)
+{
+    return texture(ramp, vec2(u * ((DPH_RAMP - 1.0) / DPH_RAMP) + 0.5 / DPH_RAMP, 0.5)).rgb;
+}
+
+// Root form: the sum is the root.
+vec3 dph_response_root(sampler2D ramp, float sum)
+{
+    return dph_ramp(ramp, abs(sum));
+}
+
+// Linear form, one light, or several of one hue that were summed before.
+vec3 dph_response_linear(sampler2D ramp, float sum)
+{
+    return dph_ramp(ramp, sqrt(max(sum, 0.0)));
+}
+
+// Linear form, several lights: `caused` is the sum of irradiance times sum, `irradiance` that of
+// irradiances. The hue is that of the mean value by luminance, and every channel gets as much as it
+// has caused; a value of 1e-4 is added to both so that black stays finite.
+vec3 dph_response_sum(sampler2D ramp, vec3 caused, vec3 irradiance)
+{
+    const vec3 luminance = vec3(0.2126, 0.7152, 0.0722);
+    float value = max(dot(caused, luminance) / max(dot(irradiance, luminance), 1e-20), 0.0);
+    return dph_ramp(ramp, sqrt(value)) * (max(caused, 0.0) + 1e-4 * irradiance) / (value + 1e-4);
+}
+
 // Radiance caused by light of equal radiance from everywhere.
 vec3 dph_ambient(DphMaterial m)
 {

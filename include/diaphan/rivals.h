@@ -7,6 +7,7 @@
 
 #include <diaphan/cpca.h>
 #include <diaphan/material.h>
+#include <diaphan/response.h>
 #include <diaphan/scene.h>
 #include <diaphan/transfer.h>
 
@@ -20,6 +21,7 @@ enum dph_product {
     DPH_PRODUCT_NORMALS = 2,   /* changed normals                                                 */
     DPH_PRODUCT_TRANSFER = 4,  /* transfer vectors                                                */
     DPH_PRODUCT_CLUSTERS = 8,  /* these, compressed                                               */
+    DPH_PRODUCT_RESPONSE = 16, /* the response, baked by dph_scene_bake_response (response_scene.h) */
 };
 
 /* What a product was baked for. */
@@ -37,7 +39,9 @@ struct dph_rivals {
     float *normal;                /* (nvert x 3), not of unit length. Nullable                    */
     struct dph_transfer transfer; /* of radiance, 3 channels; npos 0: none                        */
     struct dph_cpca *clusters;    /* of the rows of `transfer`. Nullable; its errors are 0 from a file */
+    struct dph_response *response; /* Nullable                                                    */
     struct dph_rivals_origin normal_origin, transfer_origin; /* the latter also of `clusters`     */
+    struct dph_rivals_origin response_origin;
 };
 
 /* struct dph_rivals_params p = dph_rivals_defaults(); `material` has to be set. */
@@ -61,7 +65,7 @@ struct dph_rivals_report {
     double error;    /* of the compression, relative, with weights of 8 bits; mean over the positions */
 };
 
-/* Bakes what is asked for, thickness left out, and replaces what there was: compressed transfer
+/* Bakes what is asked for, thickness and response left out, and replaces what there was: compressed transfer
  * vectors go when the vectors are baked anew. What was asked for is added to the bodies'
  * `products`. Sets the scene's mm_per_unit. A body without triangles is passed over. `report` is
  * Nullable. False: errors as dph_transfer_bake and dph_cpca_create; bodies baked until then keep
@@ -69,6 +73,10 @@ struct dph_rivals_report {
 bool dph_scene_bake_rivals(struct dph_scene *scene, unsigned products,
                            const struct dph_rivals_params *params, struct dph_rivals_report *report,
                            struct dph_error *err);
+
+/* Sets where a product comes from, for callers that bake it themselves. */
+void dph_rivals_remember(struct dph_rivals_origin *origin, const struct dph_material *material,
+                         double mm_per_unit, int directions);
 
 /* Whether all bodies have `products` (thickness left out) for this material and for so many
  * millimetres per unit of the scene. If not, `why` (of `size` bytes, Nullable) becomes a clause

@@ -28,11 +28,12 @@ void dph_rivals_destroy(struct dph_rivals *rivals)
     free(rivals->normal);
     dph_transfer_finish(&rivals->transfer);
     dph_cpca_destroy(rivals->clusters);
+    dph_response_destroy(rivals->response);
     free(rivals);
 }
 
-static void remember(struct dph_rivals_origin *origin, const struct dph_material *material,
-                     double mm_per_unit, int directions)
+void dph_rivals_remember(struct dph_rivals_origin *origin, const struct dph_material *material,
+                         double mm_per_unit, int directions)
 {
     memset(origin, 0, sizeof *origin);
     memcpy(origin->material, material->name, sizeof origin->material);
@@ -85,7 +86,8 @@ bool dph_scene_rivals_fit(const struct dph_scene *scene, unsigned products,
         if (rivals)
             has = (rivals->normal ? DPH_PRODUCT_NORMALS : 0U) |
                   (rivals->transfer.vector ? DPH_PRODUCT_TRANSFER : 0U) |
-                  (rivals->clusters ? DPH_PRODUCT_CLUSTERS : 0U);
+                  (rivals->clusters ? DPH_PRODUCT_CLUSTERS : 0U) |
+                  (rivals->response ? DPH_PRODUCT_RESPONSE : 0U);
         unsigned wanted = products & ~(unsigned)DPH_PRODUCT_THICKNESS;
         *found = *found || (has & wanted);
         if (!all)
@@ -98,6 +100,8 @@ bool dph_scene_rivals_fit(const struct dph_scene *scene, unsigned products,
         }
         if (all && wanted & (DPH_PRODUCT_TRANSFER | DPH_PRODUCT_CLUSTERS))
             all = fits(&rivals->transfer_origin, material, mm_per_unit, why, size);
+        if (all && wanted & DPH_PRODUCT_RESPONSE)
+            all = fits(&rivals->response_origin, material, mm_per_unit, why, size);
     }
     return all;
 }
@@ -178,6 +182,7 @@ bool dph_scene_bake_rivals(struct dph_scene *scene, unsigned products,
 {
     struct dph_rivals_report total = {0};
     double mm_per_unit = dph_scene_millimetres(scene, params->size_mm), positions = 0;
+    products &= ~(unsigned)(DPH_PRODUCT_THICKNESS | DPH_PRODUCT_RESPONSE);
     if (params->bands < 1 || params->bands > DPH_DRAW_BANDS)
         return dph_fail(err, DPH_ERROR_ARGUMENT, "%d bands of transfer vectors: 1 to %d are drawn",
                         params->bands, DPH_DRAW_BANDS);
@@ -193,18 +198,18 @@ bool dph_scene_bake_rivals(struct dph_scene *scene, unsigned products,
         if (products & DPH_PRODUCT_NORMALS) {
             if (!bake_normals(body, &input, params, mm, &total, err))
                 return false;
-            remember(&body->rivals->normal_origin, params->material, mm_per_unit, 0);
+            dph_rivals_remember(&body->rivals->normal_origin, params->material, mm_per_unit, 0);
         }
         if (products & (DPH_PRODUCT_TRANSFER | DPH_PRODUCT_CLUSTERS)) {
             if (!bake_transfer(&input, body->rivals, params, mm, &total, err))
                 return false;
-            remember(&body->rivals->transfer_origin, params->material, mm_per_unit,
-                     (params->directions + 1) / 2 * 2);
+            dph_rivals_remember(&body->rivals->transfer_origin, params->material, mm_per_unit,
+                                (params->directions + 1) / 2 * 2);
         }
         if (products & DPH_PRODUCT_CLUSTERS && !bake_clusters(body->rivals, params, &total, err))
             return false;
         positions += (double)body->rivals->transfer.npos;
-        body->rivals->products |= products & ~(unsigned)DPH_PRODUCT_THICKNESS;
+        body->rivals->products |= products;
     }
     if (positions > 0)
         total.error /= positions;

@@ -220,6 +220,8 @@ void dph_draw_place(const struct dph_draw *draw, struct dph_program *program,
                             draw->mm_per_unit, bands, draw->frame->window, &light);
         if (vectors && draw->frame->bands == DPH_BANDS_AUTO)
             dph_light_fade(&light, detail_of(draw, &seen, centre));
+        if (draw->light)
+            draw->light(draw, instance, i, &light);
         if (clustered) {
             dph_clusters_light(gpu, thickness_of(draw, instance), i, draw->frame->nlight, &light);
         } else if (vectors) {

@@ -129,6 +129,7 @@ struct dph_variant {
 
 struct dph_green; /* the depth maps of method_green.c */
 struct dph_rival; /* buffers of rival.c */
+struct dph_stand_in; /* the response in place of thickness, method_response.c */
 
 struct dph_renderer {
     const struct dph_scene *scene;
@@ -137,6 +138,8 @@ struct dph_renderer {
     struct dph_variant *variants;
     struct dph_green *green;   /* Nullable: not drawn yet                                     */
     struct dph_rival *rival;   /* Nullable: not drawn yet                                     */
+    struct dph_stand_in *stand_in; /* Nullable: not drawn yet                                 */
+    bool unshared;             /* every corner is a row of its own                            */
     double centre[3], radius;  /* of the scene's bounding box; radius > 0                     */
 };
 
@@ -148,6 +151,11 @@ struct dph_draw {
     double mm_per_unit;
     double eye[3];
     float clip[16]; /* positions relative to the eye, in radii of the scene, to clip space     */
+    /* Changes what light i is for an instance, called once it is worked out and before it is set
+     * and met with clusters, for lights in their order. Nullable. */
+    void (*light)(const struct dph_draw *draw, const struct dph_instance *instance, int i,
+                  struct dph_light_constants *light);
+    void *light_user;
 };
 
 /* renderer.c: checks a frame and fills what methods need of it. `frame` has to stay while `draw` is
@@ -199,6 +207,9 @@ void dph_draw_material(const struct dph_draw *draw, struct dph_program *program)
 struct dph_method_draw {
     /* Once a frame, before its target is bound: passes of other sizes. Nullable. */
     bool (*prepare)(struct dph_draw *draw, struct dph_error *err);
+    /* Puts other data in the place of the scene's thickness: replaces members of `draw`. For
+     * dph_renderer_thickness, which then reads back what the vertex stage makes of these. Nullable. */
+    bool (*stand_in)(struct dph_draw *draw, struct dph_error *err);
     /* Once a tile of the picture. */
     bool (*draw)(struct dph_draw *draw, struct dph_error *err);
     /* A vertex stage with the varying v_thickness, for dph_renderer_thickness, and its uniforms.
@@ -213,10 +224,12 @@ struct dph_method_draw {
 void dph_green_destroy(struct dph_green *green);
 /* Frees what the rivals have of `nbody` bodies; accepts NULL. */
 void dph_rival_destroy(struct dph_rival *rival, size_t nbody);
+/* Frees what method_response.c has of `nbody` bodies; accepts NULL. */
+void dph_stand_in_destroy(struct dph_stand_in *stand_in, size_t nbody);
 
 /* The rows of the table, each in its own file. */
 extern const struct dph_method dph_method_lambert, dph_method_shsss, dph_method_thickness,
     dph_method_green, dph_method_green_gauss, dph_method_prt, dph_method_prt_cpca,
-    dph_method_patro;
+    dph_method_patro, dph_method_response;
 
 #endif

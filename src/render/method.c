@@ -5,7 +5,8 @@
 
 static const struct dph_method *const methods[] = {
     &dph_method_lambert, &dph_method_shsss,    &dph_method_green, &dph_method_green_gauss,
-    &dph_method_prt,     &dph_method_prt_cpca, &dph_method_patro, &dph_method_thickness,
+    &dph_method_prt,     &dph_method_prt_cpca, &dph_method_patro, &dph_method_response,
+    &dph_method_thickness,
 };
 
 const struct dph_method *dph_method_at(size_t i)

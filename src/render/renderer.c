@@ -59,6 +59,7 @@ struct dph_renderer *dph_renderer_create_with(const struct dph_scene *scene,
         return NULL;
     }
     renderer->scene = scene;
+    renderer->unshared = unshared;
     double sum = 0;
     for (int k = 0; k < 3; k++) {
         double side = scene->bounds[1][k] - scene->bounds[0][k];
@@ -90,6 +91,7 @@ void dph_renderer_destroy(struct dph_renderer *renderer)
     dph_target_finish(&renderer->target);
     dph_green_destroy(renderer->green);
     dph_rival_destroy(renderer->rival, renderer->scene->nbody);
+    dph_stand_in_destroy(renderer->stand_in, renderer->scene->nbody);
     while (renderer->variants) {
         struct dph_variant *next = renderer->variants->next;
         dph_program_finish(&renderer->variants->program);
@@ -298,6 +300,13 @@ bool dph_renderer_thickness(struct dph_renderer *renderer, const struct dph_fram
     struct dph_draw draw;
     if (!dph_draw_begin(&draw, renderer, frame, err))
         return false;
+    const struct dph_method_draw *how = frame->method->draw;
+    struct dph_frame one = *frame;
+    one.nlight = 1;
+    draw.frame = &one;
+    if (how->stand_in && !how->stand_in(&draw, err))
+        return false;
+    renderer = draw.renderer;
     const struct dph_scene *scene = renderer->scene;
     if (instance >= scene->ninstance)
         return dph_fail(err, DPH_ERROR_ARGUMENT, "instance %zu of %zu", instance, scene->ninstance);
@@ -307,16 +316,12 @@ bool dph_renderer_thickness(struct dph_renderer *renderer, const struct dph_fram
     memset(thickness, 0, mesh->nvert * sizeof *thickness);
     if (!gpu->count)
         return true;
-    const struct dph_method_draw *how = frame->method->draw;
     if (!gpu->vectors && !how->probe)
         return dph_fail(err, DPH_ERROR_ARGUMENT, "body %zu is not baked", placed->body);
     dph_gl_drain();
     /* nothing is drawn, but without a window GL wants a framebuffer all the same */
     if (!renderer->target.frame && !dph_target_fit(&renderer->target, 16, 16, 1, err))
         return false;
-    struct dph_frame one = *frame;
-    one.nlight = 1;
-    draw.frame = &one;
     if (how->probe && how->prepare && !how->prepare(&draw, err))
         return false;
     struct dph_stages stages = {.vert = how->probe ? how->probe : dph_draw_vert(gpu, "body.vert"),
