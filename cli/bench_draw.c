@@ -28,6 +28,10 @@ void variant_label(const struct variant *variant, char label[48])
     else if (variant->method->needs_thickness)
         snprintf(label, 48, "%s, %d %s", name, variant->bands * variant->bands,
                  dph_store_name((enum dph_store)variant->store));
+    else if (variant->method->needs & DPH_PRODUCT_RESPONSE)
+        snprintf(label, 48, "%s, %s %d %s", name,
+                 dph_response_form_name((enum dph_response_form)variant->form),
+                 variant->bands * variant->bands, dph_store_name((enum dph_store)variant->store));
     else if (variant->clusters)
         snprintf(label, 48, "%s, %d x %d", name, variant->clusters, variant->vectors);
     else
@@ -74,6 +78,16 @@ static int list_variants(const struct settings *settings, unsigned methods, bool
                                                     .bands = DPH_DRAW_BANDS,
                                                     .chosen = true,
                                                     .store = DPH_STORE_SNORM8};
+        } else if (method->needs & DPH_PRODUCT_RESPONSE) {
+            static const int sizes[] = {2, 3, 4, 6};
+            for (int form = DPH_RESPONSE_ROOT; form <= DPH_RESPONSE_LINEAR; form++)
+                for (int s = form == DPH_RESPONSE_ROOT ? 0 : 3; s < 4; s++)
+                    if (settings->use_bands > 0 ? settings->use_bands == sizes[s]
+                                                : !growth || s == 3)
+                        variant[count++] = (struct variant){.method = method,
+                                                            .bands = sizes[s],
+                                                            .store = DPH_STORE_SNORM8,
+                                                            .form = form};
         } else if (method->needs & DPH_PRODUCT_CLUSTERS) {
             for (int s = 0; s < CPCA_SETTINGS; s++)
                 variant[count++] = (struct variant){.method = method,

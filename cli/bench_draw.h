@@ -9,9 +9,10 @@ enum { CPCA_SETTINGS = 2, MAX_COUNTS = 8, MAX_VARIANTS = 64 };
 /* What is drawn: a method with its parameters. */
 struct variant {
     const struct dph_method *method;
-    int bands;     /* shsss: stored and drawn; prt: of transfer vectors; else 0        */
+    int bands;     /* shsss, response: stored and drawn; prt: of transfer vectors; else 0        */
     bool chosen;   /* shsss: bands are chosen by camera and light (--use-bands auto)   */
     int store;     /* enum dph_store; -1: nothing is stored a vertex                   */
+    int form;      /* response: enum dph_response_form; else 0                         */
     int setting;   /* prt-cpca: number of the setting; else 0                          */
     int clusters, vectors; /* prt-cpca: as asked for; else 0                           */
 };

@@ -140,6 +140,16 @@ bool bench_model_init(struct bench_model *model, struct settings *settings, cons
         goto complained;
     if (clusters && !compress(model, settings->threads, &err))
         goto error;
+    if (products & DPH_PRODUCT_RESPONSE) { /* a coarse one: speed does not depend on noise */
+        struct dph_scene_response_params params = dph_scene_response_defaults();
+        params.material = &model->material;
+        params.size_mm = settings->size_mm;
+        params.threads = settings->threads;
+        params.keep_rows = true;
+        params.noise = .5;
+        if (!dph_scene_bake_response(model->scene, &params, NULL, &err))
+            goto error;
+    }
     return true;
 
 error:
@@ -237,6 +247,16 @@ bool bench_view_init(struct bench_view *view, const struct bench_model *model,
             view->rivals[b] = *once->body[b].rivals;
             view->rivals[b].clusters = model->cpca[variant->setting][b];
             body->rivals = &view->rivals[b];
+            view->rivals[b].response = NULL;
+            if (variant->method->needs & DPH_PRODUCT_RESPONSE) {
+                struct dph_response_params form = dph_response_defaults();
+                form.form = (enum dph_response_form)variant->form;
+                form.bands = variant->bands;
+                form.store = (enum dph_store)variant->store;
+                if (!(view->rivals[b].response = dph_response_create(
+                          &once->body[b].rivals->response_rows, &form, NULL, err)))
+                    goto error;
+            }
         }
     }
     return true;
@@ -249,7 +269,11 @@ error:
 void bench_view_finish(struct bench_view *view)
 {
     for (size_t b = 0; view->scene.body && b < view->scene.nbody; b++)
+    {
         dph_thickness_destroy(view->scene.body[b].thickness);
+        if (view->rivals)
+            dph_response_destroy(view->rivals[b].response);
+    }
     free(view->scene.body);
     free(view->scene.instance);
     free(view->rivals);

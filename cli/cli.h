@@ -9,6 +9,7 @@
 
 #include <diaphan/diaphan.h>
 #include <diaphan/render.h>
+#include <diaphan/response_scene.h>
 #include <diaphan/rivals.h>
 
 #include <stdio.h>
@@ -41,6 +42,9 @@ struct settings {
     struct dph_cpca_params cpca; /* clusters and vectors */
     bool compression;            /* info */
     unsigned products;           /* --for, of enum dph_product: what those methods need */
+    enum dph_response_form response_form;
+    int response_bytes;          /* preset; 0: not given */
+    double noise;                /* of the response's bake */
     double size_mm; /* 0: not given */
 
     const char *material;             /* the last one; NULL: not given */
@@ -206,6 +210,12 @@ bool bake_scene(const struct settings *settings, struct dph_scene *scene, bool m
 bool bake_rivals(const struct settings *settings, struct dph_scene *scene,
                  const struct dph_material *material, unsigned products,
                  struct dph_rivals_report *report, int *code);
+/* How --response-form, --bytes, --bands and --store want the response. */
+struct dph_response_params response_form(const struct settings *settings);
+/* Bakes the response, if it is in `products`, to --noise. */
+bool bake_response(const struct settings *settings, struct dph_scene *scene,
+                   const struct dph_material *material, unsigned products,
+                   struct dph_scene_response_report *report, int *code);
 /* Reads --env, where it is given, into the frame. */
 bool load_environment(const struct settings *settings, struct dph_frame *frame, int *code);
 

@@ -2,7 +2,8 @@
 #include "cli.h"
 
 static const char *const takes[] = {"output", "bands",   "directions", "thickness", "fit",
-                                    "store",  "clusters", "vectors", "size-mm",   "material", "for",  NULL};
+                                    "store",  "clusters", "vectors", "size-mm",   "material", "for",
+                                    "response-form", "bytes", "noise", NULL};
 
 struct timing {
     double load, save, total;
@@ -10,9 +11,10 @@ struct timing {
 
 /* Figures of what was written for the other methods. */
 static void emit_products(struct json *json, const struct settings *settings,
-                          const struct dph_scene *scene, const struct dph_rivals_report *rivals)
+                          const struct dph_scene *scene, const struct dph_rivals_report *rivals,
+                          const struct dph_scene_response_report *response)
 {
-    for (unsigned bit = DPH_PRODUCT_NORMALS; bit <= DPH_PRODUCT_CLUSTERS; bit *= 2) {
+    for (unsigned bit = DPH_PRODUCT_NORMALS; bit <= DPH_PRODUCT_RESPONSE; bit *= 2) {
         if (!(settings->products & bit))
             continue;
         struct storage storage = measure_product(scene, (enum dph_product)bit);
@@ -25,14 +27,27 @@ static void emit_products(struct json *json, const struct settings *settings,
             emit_count(json, "vectors", (size_t)settings->cpca.vectors);
             emit_number(json, "relative_error", rivals->error);
         }
+        if (bit == DPH_PRODUCT_RESPONSE) {
+            struct dph_response_params form = response_form(settings);
+            emit_text(json, "form", dph_response_form_name(form.form));
+            emit_count(json, "bands", (size_t)form.bands);
+            emit_text(json, "store", dph_store_name(form.store));
+            emit_number(json, "noise", response->noise);
+            emit_bool(json, "noise_reached", response->reached);
+            emit_number(json, "walks", response->walks);
+            emit_number(json, "walks_lost", response->lost);
+            emit_number(json, "relative_error", response->error);
+            emit_number(json, "relative_error_rgb", response->error_rgb);
+        }
         emit_close(json, '}');
     }
 }
 
 static void print_json(const struct settings *settings, const struct dph_scene *scene,
                        const struct dph_scene_bake_report *report,
-                       const struct dph_rivals_report *rivals, const struct timing *timing,
-                       const struct storage *storage)
+                       const struct dph_rivals_report *rivals,
+                       const struct dph_scene_response_report *response,
+                       const struct timing *timing, const struct storage *storage)
 {
     bool thickness = settings->products & DPH_PRODUCT_THICKNESS;
     struct json json;
@@ -59,7 +74,7 @@ static void print_json(const struct settings *settings, const struct dph_scene *
         }
         emit_number(&json, "untrusted", report->untrusted);
     }
-    emit_products(&json, settings, scene, rivals);
+    emit_products(&json, settings, scene, rivals, response);
     if (thickness)
         emit_count(&json, "threads", (size_t)report->threads);
     emit_object(&json, "seconds");
@@ -75,6 +90,10 @@ static void print_json(const struct settings *settings, const struct dph_scene *
         emit_number(&json, "transfer", rivals->seconds_transfer);
     if (settings->products & DPH_PRODUCT_CLUSTERS)
         emit_number(&json, "clusters", rivals->seconds_clusters);
+    if (settings->products & DPH_PRODUCT_RESPONSE) {
+        emit_number(&json, "walks", response->seconds_bake);
+        emit_number(&json, "form", response->seconds_form);
+    }
     emit_number(&json, "save", timing->save);
     emit_number(&json, "total", timing->total);
     emit_close(&json, '}');
@@ -82,7 +101,8 @@ static void print_json(const struct settings *settings, const struct dph_scene *
 }
 
 static void print_products(const struct settings *settings, const struct dph_scene *scene,
-                           const struct dph_rivals_report *rivals)
+                           const struct dph_rivals_report *rivals,
+                           const struct dph_scene_response_report *response)
 {
     if (settings->products & DPH_PRODUCT_NORMALS)
         printf("baked changed normals in %.2f s, %zu bytes a vertex\n", rivals->seconds_normals,
@@ -100,12 +120,23 @@ static void print_products(const struct settings *settings, const struct dph_sce
                rivals->seconds_clusters, storage.payload, with_commas(storage.shared, number),
                100.0 * rivals->error);
     }
+    if (settings->products & DPH_PRODUCT_RESPONSE) {
+        struct dph_response_params form = response_form(settings);
+        printf("baked the response in %.1f s, %.0f walks a position, noise %.1f %%\n"
+               "stored as %s, %d bands, %s in %.2f s: %zu bytes a vertex, %.1f %% lost\n",
+               response->seconds_bake,
+               response->positions ? response->walks / (double)response->positions : 0,
+               100.0 * response->noise, dph_response_form_name(form.form), form.bands,
+               dph_store_name(form.store), response->seconds_form,
+               measure_product(scene, DPH_PRODUCT_RESPONSE).payload, 100.0 * response->error_rgb);
+    }
 }
 
 static void print_text(const struct settings *settings, const struct dph_scene *scene,
                        const struct dph_scene_bake_report *report,
-                       const struct dph_rivals_report *rivals, const struct timing *timing,
-                       const struct storage *storage)
+                       const struct dph_rivals_report *rivals,
+                       const struct dph_scene_response_report *response,
+                       const struct timing *timing, const struct storage *storage)
 {
     char triangles[32], vertices[32], positions[32];
     int bands = settings->bake.bands;
@@ -115,7 +146,7 @@ static void print_text(const struct settings *settings, const struct dph_scene *
     if (report->bodies != 1)
         printf(", %zu bodies", report->bodies);
     putchar('\n');
-    print_products(settings, scene, rivals);
+    print_products(settings, scene, rivals, response);
     if (!(settings->products & DPH_PRODUCT_THICKNESS)) {
         printf("wrote %s in %.2f s\n", settings->output, timing->total);
         return;
@@ -169,6 +200,7 @@ static int run(struct settings *settings)
         return EXIT_USAGE;
     }
     struct dph_rivals_report rivals;
+    struct dph_scene_response_report response;
     struct dph_material material; /* a misspelt one is told of before anything is loaded */
     if (!load_material(settings, "wax", &material, &code))
         return code;
@@ -184,7 +216,8 @@ static int run(struct settings *settings)
             ? !bake_scene(settings, scene, false, &report, &code)
             : !count_scene(settings, scene, &report, &code))
         goto error;
-    if (!bake_rivals(settings, scene, &material, settings->products, &rivals, &code))
+    if (!bake_rivals(settings, scene, &material, settings->products, &rivals, &code) ||
+        !bake_response(settings, scene, &material, settings->products, &response, &code))
         goto error;
     double saving = seconds_now();
     if (!dph_scene_save(scene, settings->output, &err)) {
@@ -195,9 +228,9 @@ static int run(struct settings *settings)
     timing.total = seconds_now() - start;
     struct storage storage = measure_storage(scene);
     if (settings->json)
-        print_json(settings, scene, &report, &rivals, &timing, &storage);
+        print_json(settings, scene, &report, &rivals, &response, &timing, &storage);
     else if (!settings->quiet)
-        print_text(settings, scene, &report, &rivals, &timing, &storage);
+        print_text(settings, scene, &report, &rivals, &response, &timing, &storage);
 
 error:
     dph_scene_destroy(scene);
@@ -212,14 +245,17 @@ const struct command command_bake = {
                 "  diaphan bake head.ply -o head.glb --material skin1 --size-mm 200\n"
                 "  diaphan bake toy.gltf -o toy.glb --bands 4 --store snorm16 --json\n"
                 "  diaphan bake bunny.obj -o bunny.glb --store cpca --clusters 128 --vectors 8\n"
-                "  diaphan bake bunny.obj -o bunny.glb --for shsss,prt-cpca,patro --material wax\n",
+                "  diaphan bake bunny.obj -o bunny.glb --for shsss,prt-cpca,patro --material wax\n"
+                "  diaphan bake bunny.obj -o bunny.glb --for response --material wax --size-mm 20 "
+                "--bytes 16\n",
     .notes = "The output is a glTF file that any loader opens; the coefficients are vertex "
              "attributes. From a glTF\n"
              "input everything else is kept. With --material the weighted fit cares most for what "
              "light comes through\n"
              "that material; --size-mm says how large the object is. --for writes what other methods "
-             "need; what prt, prt-cpca\n"
-             "and patro need holds for one material and size only.\n",
+             "need; what prt, prt-cpca,\n"
+             "patro and response need holds for one material and size only. The response is baked by random walks, which\n"
+             "takes a minute or more.\n",
     .options = takes,
     .min_inputs = 1,
     .max_inputs = 1,

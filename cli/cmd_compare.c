@@ -12,7 +12,7 @@ static const char *const takes[] = {
     /* of methods */
     "methods", "material", "size-mm", "lights", "light-angle", "camera", "fov", "resolution",
     "spp", "seed", "boundary", "study", "bands", "directions", "thickness", "fit", "store",
-    "clusters", "vectors", "map-size", "blur-mm", "samples", NULL};
+    "clusters", "vectors", "map-size", "blur-mm", "samples", "response-form", "noise", NULL};
 
 struct figures {
     double psnr, ssim, flip, rmse;

@@ -97,7 +97,7 @@ static void show_tables(const struct settings *settings, struct dph_scene *scene
 /* What the other methods have in the file: an object a method. */
 static void print_rivals(struct json *json, const struct dph_scene *scene)
 {
-    for (unsigned bit = DPH_PRODUCT_NORMALS; bit <= DPH_PRODUCT_CLUSTERS; bit *= 2) {
+    for (unsigned bit = DPH_PRODUCT_NORMALS; bit <= DPH_PRODUCT_RESPONSE; bit *= 2) {
         enum dph_product product = (enum dph_product)bit;
         const struct dph_rivals *rivals = NULL;
         for (size_t b = 0; b < scene->nbody && !rivals; b++)
@@ -106,7 +106,9 @@ static void print_rivals(struct json *json, const struct dph_scene *scene)
         if (!rivals)
             continue;
         const struct dph_rivals_origin *origin =
-            product == DPH_PRODUCT_NORMALS ? &rivals->normal_origin : &rivals->transfer_origin;
+            product == DPH_PRODUCT_NORMALS    ? &rivals->normal_origin
+            : product == DPH_PRODUCT_RESPONSE ? &rivals->response_origin
+                                              : &rivals->transfer_origin;
         struct storage storage = measure_product(scene, product);
         if (!json) {
             char number[32];
@@ -120,7 +122,12 @@ static void print_rivals(struct json *json, const struct dph_scene *scene)
         emit_object(json, product_name(product));
         emit_text(json, "material", origin->material);
         emit_number(json, "mm_per_unit", origin->mm_per_unit);
-        if (product != DPH_PRODUCT_NORMALS) {
+        if (product == DPH_PRODUCT_RESPONSE) {
+            emit_text(json, "form", dph_response_form_name(rivals->response->form));
+            emit_count(json, "bands", (size_t)rivals->response->bands);
+            emit_number(json, "noise", rivals->response->noise);
+            emit_number(json, "walks", rivals->response->walks);
+        } else if (product != DPH_PRODUCT_NORMALS) {
             emit_count(json, "bands", (size_t)rivals->transfer.bands);
             emit_count(json, "directions", (size_t)origin->directions);
         }

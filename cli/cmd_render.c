@@ -9,7 +9,8 @@ static const char *const takes[] = {
     "formula", "specular", "rim", "ambient", "map-size", "blur-mm", "samples",
     "boundary", "spp", "seed",
     /* of the bake in memory, where the file is not baked */
-    "bands", "directions", "thickness", "fit", "store", "clusters", "vectors", NULL};
+    "bands", "directions", "thickness", "fit", "store", "clusters", "vectors",
+    "response-form", "bytes", "noise", NULL};
 
 /* Lights that need the scene: a point light without intensity gives the scene's centre the
  * irradiance pi. */
@@ -94,7 +95,9 @@ static unsigned missing_products(const struct settings *settings, const struct d
 
 static void report(const struct settings *settings, const struct dph_frame *frame,
                    const struct dph_gl *gl, const struct dph_cost *cost,
-                   const struct dph_rivals_report *rivals, double seconds_bake, double seconds)
+                   const struct dph_rivals_report *rivals,
+                   const struct dph_scene_response_report *response, double seconds_bake,
+                   double seconds)
 {
     if (settings->json) {
         struct json json;
@@ -117,6 +120,7 @@ static void report(const struct settings *settings, const struct dph_frame *fram
             emit_number(&json, "normals", rivals->seconds_normals);
             emit_number(&json, "transfer", rivals->seconds_transfer);
             emit_number(&json, "clusters", rivals->seconds_clusters);
+            emit_number(&json, "response", response->seconds_bake + response->seconds_form);
         }
         emit_number(&json, "total", seconds);
         emit_close(&json, '}');
@@ -143,6 +147,7 @@ static int run(struct settings *settings)
     struct dph_image image = {0};
     struct dph_cost cost;
     struct dph_rivals_report rivals;
+    struct dph_scene_response_report response;
 
     if (!has_ending(settings->output, ".png") && !has_ending(settings->output, ".exr")) {
         complain(settings, "%s: the ending says the format, .png or .exr", settings->output);
@@ -180,12 +185,15 @@ static int run(struct settings *settings)
     }
     double before = seconds_now();
     unsigned products = missing_products(settings, scene, &material);
-    if (!bake_rivals(settings, scene, &material, products, &rivals, &code))
+    if (!bake_rivals(settings, scene, &material, products, &rivals, &code) ||
+        !bake_response(settings, scene, &material, products, &response, &code))
         goto done;
     if (products) {
         seconds_bake += seconds_now() - before;
-        talk(settings, "baked in memory: normals %.2f s, transfer %.2f s, clusters %.2f s",
-             rivals.seconds_normals, rivals.seconds_transfer, rivals.seconds_clusters);
+        talk(settings,
+             "baked in memory: normals %.2f s, transfer %.2f s, clusters %.2f s, response %.2f s",
+             rivals.seconds_normals, rivals.seconds_transfer, rivals.seconds_clusters,
+             response.seconds_bake + response.seconds_form);
     }
     note_bands(settings, scene);
     struct dph_frame frame = frame_of(settings, &material, scene);
@@ -202,7 +210,7 @@ static int run(struct settings *settings)
         !dph_renderer_cost(renderer, &frame, &cost, &err) ||
         !dph_image_save(&image, settings->output, &tone, &err))
         goto error;
-    report(settings, &frame, gl, &cost, &rivals, seconds_bake, seconds_now() - start);
+    report(settings, &frame, gl, &cost, &rivals, &response, seconds_bake, seconds_now() - start);
     goto done;
 
 error:

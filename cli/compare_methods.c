@@ -87,6 +87,8 @@ void judge_params(const struct settings *settings, struct dph_judge_params *para
     params->rivals.directions = settings->bake.directions;
     params->rivals.clusters = settings->cpca.clusters;
     params->rivals.vectors = settings->cpca.vectors;
+    params->response.form = response_form(settings);
+    params->response.noise = settings->noise;
     params->map_size = settings->map_size;
     params->blur_mm = settings->blur_mm;
     params->multisamples = settings->samples;

@@ -35,7 +35,8 @@ const char *product_name(enum dph_product product)
 {
     return product == DPH_PRODUCT_NORMALS    ? "patro"
            : product == DPH_PRODUCT_TRANSFER ? "prt"
-           : product == DPH_PRODUCT_CLUSTERS ? "prt_cpca" : "thickness";
+           : product == DPH_PRODUCT_CLUSTERS ? "prt_cpca"
+           : product == DPH_PRODUCT_RESPONSE ? "response" : "thickness";
 }
 
 struct storage measure_product(const struct dph_scene *scene, enum dph_product product)
@@ -53,6 +54,10 @@ struct storage measure_product(const struct dph_scene *scene, enum dph_product p
             own.fetched = (own.payload + 15) / 16 * 16;
         } else if (product == DPH_PRODUCT_CLUSTERS) {
             own = cpca_storage(rivals->clusters);
+        } else if (product == DPH_PRODUCT_RESPONSE) {
+            own.payload = dph_response_payload(rivals->response);
+            own.fetched = dph_response_fetched(rivals->response);
+            own.shared = dph_response_shared(rivals->response);
         }
         storage.payload = own.payload > storage.payload ? own.payload : storage.payload;
         storage.fetched = own.fetched > storage.fetched ? own.fetched : storage.fetched;

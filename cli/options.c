@@ -407,6 +407,23 @@ static const char *store_name(size_t i)
     return i <= DPH_STORE_CPCA ? dph_store_name((enum dph_store)i) : NULL;
 }
 
+static const char *response_form_name(size_t i)
+{
+    return dph_response_form_name((enum dph_response_form)i);
+}
+
+static bool parse_bytes(const struct option *option, struct settings *settings, const char *value,
+                        char *why)
+{
+    struct dph_response_params unused = dph_response_defaults();
+    if (!parse_int(option, settings, value, why))
+        return false;
+    if (dph_response_preset(*(int *)field(option, settings), &unused))
+        return true;
+    snprintf(why, WHY, "%s is none of 4, 9, 16, 36", value);
+    return false;
+}
+
 static const char *window_name(size_t i)
 {
     static const char *const names[] = {"none", "hann", "lanczos", NULL};
@@ -455,6 +472,13 @@ static const struct option options[] = {
      AT(cpca.vectors), 1, DPH_THICKNESS_MAX_VECTORS, NULL, parse_int},
     {"for", 0, "METHOD[,METHOD...]", "shsss", "write what these methods need, in --material",
      AT(products), 0, 0, method_name, parse_for},
+    {"response-form", 0, "FORM", "root; with --env linear",
+     "response: one channel's square root, one channel, or three (root, linear, rgb)",
+     AT(response_form), 0, 0, response_form_name, parse_choice},
+    {"bytes", 0, "N", NULL, "response: 4, 9, 16 or 36 a vertex, for 2, 3, 4 or 6 bands of snorm8",
+     AT(response_bytes), 4, 36, NULL, parse_bytes},
+    {"noise", 0, "X", "0.05", "response: walks are added until this is the bake's relative noise",
+     AT(noise), 1e-3, 1, NULL, parse_real},
     {"compression", 0, NULL, NULL,
      "bake in memory and show the error of every way to store the coefficients", AT(compression), 0,
      0, NULL, parse_flag},
@@ -472,7 +496,7 @@ static const struct option options[] = {
     {"light-angle", 0, "DEG", "0", "half-angle of the distant lights' discs, 0 to 90",
      AT(light_angle), 0, 90, NULL, parse_real},
     {"env", 0, "FILE", NULL,
-     "surroundings, a latitude-longitude picture (.hdr, .exr); for prt and prt-cpca",
+     "surroundings, a latitude-longitude picture (.hdr, .exr); for prt, prt-cpca, response",
      AT(environment), 0, 0, NULL, parse_text},
     {"point-light", 0, "X,Y,Z[,R,G,B]", NULL,
      "a light at a point of the scene, R,G,B at a distance of one unit; repeatable", AT(light), 0,
@@ -564,6 +588,7 @@ void settings_init(struct settings *settings, const struct command *command)
         .products = DPH_PRODUCT_THICKNESS,
         .store = DPH_STORE_SNORM8,
         .cpca = dph_cpca_defaults(),
+        .noise = dph_scene_response_defaults().noise,
         .specular = NAN,
         .rim = NAN,
         .ambient = NAN,

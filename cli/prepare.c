@@ -83,7 +83,7 @@ bool bake_rivals(const struct settings *settings, struct dph_scene *scene,
     struct dph_rivals_params params = dph_rivals_defaults();
     struct progress progress;
     *report = (struct dph_rivals_report){0};
-    products &= ~(unsigned)DPH_PRODUCT_THICKNESS;
+    products &= ~(unsigned)(DPH_PRODUCT_THICKNESS | DPH_PRODUCT_RESPONSE);
     if (!products)
         return true;
     params.material = material;
@@ -100,6 +100,52 @@ bool bake_rivals(const struct settings *settings, struct dph_scene *scene,
     progress_end(&progress);
     if (!ok)
         *code = report_error(settings, &err);
+    return ok;
+}
+
+struct dph_response_params response_form(const struct settings *settings)
+{
+    struct dph_response_params form = dph_response_defaults();
+    form.form = settings->response_form;
+    if (settings->environment && !is_given(settings, "response-form"))
+        form.form = DPH_RESPONSE_LINEAR; /* the root takes no surroundings */
+    form.bands = settings->bake.bands < DPH_DRAW_BANDS ? settings->bake.bands : DPH_DRAW_BANDS;
+    form.store = settings->store;
+    form.cpca.clusters = settings->cpca.clusters;
+    form.cpca.vectors = settings->cpca.vectors;
+    if (settings->response_bytes) { /* its bands and type, and the form unless one was named */
+        enum dph_response_form wanted = form.form;
+        dph_response_preset(settings->response_bytes, &form);
+        form.form = wanted;
+    }
+    return form;
+}
+
+bool bake_response(const struct settings *settings, struct dph_scene *scene,
+                   const struct dph_material *material, unsigned products,
+                   struct dph_scene_response_report *report, int *code)
+{
+    struct dph_error err;
+    struct dph_scene_response_params params = dph_scene_response_defaults();
+    struct progress progress;
+    *report = (struct dph_scene_response_report){0};
+    if (!(products & DPH_PRODUCT_RESPONSE))
+        return true;
+    params.material = material;
+    params.size_mm = settings->size_mm;
+    params.noise = settings->noise;
+    params.form = response_form(settings);
+    params.threads = settings->threads;
+    progress_begin(&progress, settings, "random walks");
+    params.progress = progress_step;
+    params.progress_user = &progress;
+    bool ok = dph_scene_bake_response(scene, &params, report, &err);
+    progress_end(&progress);
+    if (!ok)
+        *code = report_error(settings, &err);
+    else if (!report->reached)
+        warn(settings, "%s: the response has a noise of %.1f %%, walks ended before it was %.1f %%",
+             settings->input[0], 100.0 * report->noise, 100.0 * settings->noise);
     return ok;
 }
 

@@ -15,6 +15,7 @@
 #include <diaphan/patro.h>
 #include <diaphan/prepare.h>
 #include <diaphan/response.h>
+#include <diaphan/response_scene.h>
 #include <diaphan/rivals.h>
 #include <diaphan/scene.h>
 #include <diaphan/sh.h>

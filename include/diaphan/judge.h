@@ -14,6 +14,7 @@
 #include <diaphan/prepare.h>
 #include <diaphan/reference.h>
 #include <diaphan/render.h>
+#include <diaphan/response_scene.h>
 #include <diaphan/rivals.h>
 
 #include <stdint.h>
@@ -153,6 +154,8 @@ struct dph_judge_params {
     struct dph_scene_bake_params bake; /* of thickness; size_mm, material, threads and progress
                                         * are not read */
     struct dph_rivals_params rivals;    /* likewise */
+    struct dph_scene_response_params response; /* likewise. Its form is judged with 6, 4 and 3 bands,
+                                         * up to those that it asks for */
     int map_size;                 /* of green and green-gauss, as struct dph_frame; 1024 */
     double blur_mm;               /* -1 */
     int multisamples;             /* of drawing; 4 */

@@ -40,6 +40,7 @@ struct dph_rivals {
     struct dph_transfer transfer; /* of radiance, 3 channels; npos 0: none                        */
     struct dph_cpca *clusters;    /* of the rows of `transfer`. Nullable; its errors are 0 from a file */
     struct dph_response *response; /* Nullable                                                    */
+    struct dph_transfer response_rows; /* what it was made of, where a bake kept it; npos 0: none  */
     struct dph_rivals_origin normal_origin, transfer_origin; /* the latter also of `clusters`     */
     struct dph_rivals_origin response_origin;
 };

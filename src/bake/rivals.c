@@ -29,6 +29,7 @@ void dph_rivals_destroy(struct dph_rivals *rivals)
     dph_transfer_finish(&rivals->transfer);
     dph_cpca_destroy(rivals->clusters);
     dph_response_destroy(rivals->response);
+    dph_transfer_finish(&rivals->response_rows);
     free(rivals);
 }
 

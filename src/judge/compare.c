@@ -25,6 +25,7 @@ struct work {
     const struct dph_plans *plans;
     struct dph_variant_bake bake[DPH_MOST_WAYS];
     struct dph_rivals_report rivals;
+    struct dph_scene_response_report response;
     struct dph_training training;
     double mm_per_unit;
 };
@@ -68,6 +69,7 @@ struct dph_judge_params dph_judge_defaults(void)
         .training_samples = 64,
         .bake = dph_scene_bake_defaults(),
         .rivals = dph_rivals_defaults(),
+        .response = dph_scene_response_defaults(),
         .map_size = frame.map_size,
         .blur_mm = frame.blur_mm,
         .multisamples = frame.samples,
@@ -159,6 +161,12 @@ static bool begin_entry(struct work *work, const struct dph_plan *plan,
     entry->seconds = rivals_seconds(plan->method, &work->rivals);
     if (plan->method->needs & (DPH_PRODUCT_TRANSFER | DPH_PRODUCT_CLUSTERS))
         entry->bands = transfer_bands(work->scene);
+    if (plan->method->needs & DPH_PRODUCT_RESPONSE) {
+        entry->seconds += work->response.seconds_bake + work->response.seconds_form;
+        for (size_t b = 0; b < work->scene->nbody && !entry->bands; b++)
+            if (work->scene->body[b].rivals && work->scene->body[b].rivals->response)
+                entry->bands = work->scene->body[b].rivals->response->bands;
+    }
     for (size_t b = 0; b < work->scene->nbody && plan->method->needs_thickness; b++) {
         const struct dph_thickness *t = work->scene->body[b].thickness;
         if (!t)
@@ -245,8 +253,19 @@ static bool judge_bake(struct work *work, int bake, struct dph_error *err)
     if (swap)
         dph_variant_swap(&work->bake[bake], work->scene);
     for (int i = 0; i < work->plans->nplan && ok; i++) {
-        if (work->plans->plan[i].bake != bake)
+        const struct dph_plan *plan = &work->plans->plan[i];
+        if (plan->bake != bake)
             continue;
+        if (plan->response) { /* its data replace what the renderer has */
+            struct dph_response_params form = work->params->response.form;
+            form.bands = plan->response;
+            form.threads = work->params->threads;
+            form.progress = NULL;
+            dph_renderer_destroy(renderer);
+            renderer = NULL;
+            if (!(ok = dph_scene_form_response(work->scene, &form, NULL, err)))
+                break;
+        }
         if (!renderer)
             ok = (renderer = dph_renderer_create(work->scene, err));
         ok = ok && judge_plan(work, (size_t)i, renderer, err);
@@ -290,7 +309,9 @@ static bool bake_all(struct work *work, struct dph_error *err)
             return false;
     }
     return dph_variant_rivals(work->scene, params, &work->judged->material, work->mm_per_unit,
-                              &work->rivals, &step, err);
+                              &work->rivals, &step, err) &&
+           dph_variant_response(work->scene, params, &work->judged->material, work->mm_per_unit,
+                                &work->response, &step, err);
 }
 
 static bool make_entries(struct work *work, struct dph_error *err)

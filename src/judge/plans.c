@@ -2,11 +2,14 @@
  *
  * Every method has one, shsss two: with the bands of the bake (or of the file) and with two bands,
  * the four coefficients that Tomaszewska and Stefanowski recommend for light in front. Two bands
- * are baked as such, since the weighted fit makes the best of them. The fitted curve of a method
+ * are baked as such, since the weighted fit makes the best of them. The response has three, with
+ * the bands that were asked for, with 4 and with 3, of one bake. The fitted curve of a method
  * that takes thickness is the exponential one, since the slab's has nothing to fit. A study adds,
  * without pictures, both formulas, both curves, both fits of the coefficients and 2, 3, 4 and 6
  * bands of shsss, all combined; there the curve stays when it is fitted. */
 #include "judge/plans.h"
+
+#include <diaphan/prepare.h>
 
 #include <stdio.h>
 
@@ -52,6 +55,31 @@ static void plan_study(struct dph_plans *plans, const struct dph_method *method,
                 }
 }
 
+/* The forms of a response, where it is to be baked: one bake makes them all. */
+static void plan_response(struct dph_plans *plans, const struct dph_scene *scene,
+                          const struct dph_judge_params *params, struct dph_plan *plan,
+                          const struct dph_material *material)
+{
+    static const int fewer[] = {4, 3};
+    const struct dph_response_params *form = &params->response.form;
+    const struct dph_plan first = *plan;
+    bool found;
+    if (dph_scene_rivals_fit(scene, DPH_PRODUCT_RESPONSE, material,
+                             dph_scene_millimetres(scene, params->size_mm), NULL, 0, &found))
+        return;
+    for (int i = -1; i < 2; i++) {
+        if (i >= 0 && fewer[i] >= form->bands)
+            continue;
+        if (i >= 0) {
+            plan = add_plan(plans, first.method);
+            *plan = first;
+        }
+        plan->response = i < 0 ? form->bands : fewer[i];
+        snprintf(plan->variant, sizeof plan->variant, "%s, %d bands",
+                 dph_response_form_name(form->form), plan->response);
+    }
+}
+
 void dph_plans_make(struct dph_plans *plans, const struct dph_scene *scene, bool stored,
                     const struct dph_judge_params *params, const struct dph_material *material)
 {
@@ -67,6 +95,8 @@ void dph_plans_make(struct dph_plans *plans, const struct dph_scene *scene, bool
         plan->formula = material->formula;
         plan->curve = material->curve;
         plan->fitted_curve = DPH_CURVE_EXP;
+        if (method->needs & DPH_PRODUCT_RESPONSE)
+            plan_response(plans, scene, params, plan, material);
         if (!method->needs_thickness)
             continue;
         plan->bake = way_of(plans, stored, params->bake.bake.fit, bands);

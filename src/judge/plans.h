@@ -11,6 +11,7 @@ struct dph_plan {
     bool shown;
     int bake;               /* which of the bakes; -1: any */
     int bands;              /* to draw with; 0: all that are stored */
+    int response;           /* bands of a response that is made for the plan; 0: any */
     enum dph_formula formula;
     enum dph_curve curve, fitted_curve;
 };

@@ -121,6 +121,11 @@ bool dph_variant_rivals(struct dph_scene *scene, const struct dph_judge_params *
                         const struct dph_material *material, double mm_per_unit,
                         struct dph_rivals_report *report, struct dph_judge_step *step,
                         struct dph_error *err);
+/* The same for the response, with the rows of its bake kept. */
+bool dph_variant_response(struct dph_scene *scene, const struct dph_judge_params *params,
+                          const struct dph_material *material, double mm_per_unit,
+                          struct dph_scene_response_report *report, struct dph_judge_step *step,
+                          struct dph_error *err);
 /* Bytes a vertex without padding of what a method stores; the mean over the vertices. */
 double dph_variant_payload(const struct dph_scene *scene, const struct dph_method *method);
 

@@ -89,7 +89,7 @@ bool dph_variant_rivals(struct dph_scene *scene, const struct dph_judge_params *
     *report = (struct dph_rivals_report){0};
     for (size_t i = 0; i < params->nmethod; i++)
         products |= params->method[i]->needs;
-    products &= ~(unsigned)DPH_PRODUCT_THICKNESS;
+    products &= ~(unsigned)(DPH_PRODUCT_THICKNESS | DPH_PRODUCT_RESPONSE);
     if (products & DPH_PRODUCT_CLUSTERS) /* these are made of transfer vectors */
         products |= DPH_PRODUCT_TRANSFER;
     if (!products ||
@@ -101,6 +101,28 @@ bool dph_variant_rivals(struct dph_scene *scene, const struct dph_judge_params *
     rivals.progress = dph_judge_step;
     rivals.progress_user = step;
     return dph_scene_bake_rivals(scene, products, &rivals, report, err);
+}
+
+bool dph_variant_response(struct dph_scene *scene, const struct dph_judge_params *params,
+                          const struct dph_material *material, double mm_per_unit,
+                          struct dph_scene_response_report *report, struct dph_judge_step *step,
+                          struct dph_error *err)
+{
+    struct dph_scene_response_params response = params->response;
+    bool wanted = false, found;
+    *report = (struct dph_scene_response_report){0};
+    for (size_t i = 0; i < params->nmethod; i++)
+        wanted = wanted || params->method[i]->needs & DPH_PRODUCT_RESPONSE;
+    if (!wanted || dph_scene_rivals_fit(scene, DPH_PRODUCT_RESPONSE, material, mm_per_unit, NULL, 0,
+                                        &found))
+        return true;
+    response.material = material;
+    response.size_mm = params->size_mm;
+    response.keep_rows = true;
+    response.threads = params->threads;
+    response.progress = dph_judge_step;
+    response.progress_user = step;
+    return dph_scene_bake_response(scene, &response, report, err);
 }
 
 /* Bytes a vertex of one body. */
@@ -116,6 +138,8 @@ static double body_payload(const struct dph_body *body, const struct dph_method 
         bytes += rivals->clusters->vectors + (rivals->clusters->clusters <= 256 ? 1 : 2);
     else if (rivals && method->needs & DPH_PRODUCT_TRANSFER)
         bytes += 4 * (double)rivals->transfer.length;
+    if (rivals && method->needs & DPH_PRODUCT_RESPONSE && rivals->response)
+        bytes += (double)dph_response_payload(rivals->response);
     return bytes;
 }
 
