@@ -46,6 +46,8 @@ static void print_row(struct json *json, const struct bench_result *result,
     }
     emit_text(json, "store",
               variant->store < 0 ? NULL : dph_store_name((enum dph_store)variant->store));
+    if (variant->method->needs & DPH_PRODUCT_RESPONSE)
+        emit_text(json, "form", dph_response_form_name((enum dph_response_form)variant->form));
     emit_count(json, "clusters", (size_t)variant->clusters);
     emit_count(json, "vectors", (size_t)variant->vectors);
     emit_count(json, "lights", (size_t)row->cell.lights);

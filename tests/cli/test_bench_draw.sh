@@ -19,8 +19,10 @@ if [ $code = 3 ]; then
 fi
 [ $code = 0 ] || fail "exit code $code: $(cat stderr)"
 field '(.renderer | length) > 0 and .model == "box.obj" and .vertices == 24 and .samples == 1'
-# two arrangements, two cameras; 7 other methods, one in two settings, shsss with 6 numbers of bands in 3 types
-field '[.results[] | select(.method != "shsss")] | length == 4 * 7'
+# two arrangements, two cameras; 8 other methods, one in two settings, one in five forms, shsss with 6 numbers of bands in 3 types
+field '[.results[] | select(.method != "shsss")] | length == 4 * 12'
+field '[.results[] | select(.method == "response") | [.form, .bands]] | unique | length == 5'
+field '[.results[] | select(.method == "response" and .bands == 4) | .bytes_per_vertex == 16 and .passes == 1] | all'
 field '[.results[] | select(.method == "shsss" and .use_bands != "auto")] | length == 4 * 18'
 field '[.results[] | select(.use_bands == "auto")] | length == 4'
 field '[.results[] | [.width, .height]] | unique == [[32, 20]]'

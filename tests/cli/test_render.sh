@@ -31,7 +31,7 @@ cmp baked.png unbaked.png || fail "baked beforehand and in memory differ"
 expect 0 render box.glb -o again.png $small -q
 cmp baked.png again.png || fail "two runs differ"
 
-for method in lambert shsss green green-gauss prt prt-cpca patro thickness; do
+for method in lambert shsss green green-gauss prt prt-cpca patro response thickness; do
     expect 0 render box.glb -o "$method.png" $small --method $method -q
 done
 cmp -s lambert.png shsss.png && fail "lambert and shsss draw the same"
