@@ -1,0 +1,54 @@
+#!/bin/sh
+# Makes docs/results/compare: bunny, candle, head and lucy in three materials by every method beside the reference, and a page of
+# tables and sentences about them.
+#
+#     scripts/results.sh TOOL MODELS OUT [option of compare ...]
+#
+# MODELS is a folder with head.* and lucy.* (.obj, .ply, .glb or .stl):
+#   lucy  Stanford's scan with 100,000 triangles, closed: Data/lucy.ply of github.com/pyvista/vtk-data
+#   head  Lee Perry-Smith's, CC BY 3.0: samples/media/LPSHead/head.obj of github.com/NVIDIAGameWorks/FaceWorks
+# The bunny is that of Debian's package glmark2-data unless MODELS has one; the candle is made here. Where a model is missing
+# nothing is done. An hour or more on two cores; `--spp 64` is quick, and a later option replaces an earlier one.
+set -eu
+[ $# -ge 3 ] || { echo "usage: $0 TOOL MODELS OUT [option of compare ...]" >&2; exit 1; }
+here=$(cd "$(dirname "$0")" && pwd)
+tool=$(realpath "$1") models=$(realpath "$2") out=$3
+shift 3
+mkdir -p "$out"
+out=$(realpath "$out")
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+trap 'exit 130' INT TERM
+
+# the models under names without folders, which is how reports call them
+missing=
+link_model() {
+    for file in "$models/$1.obj" "$models/$1.ply" "$models/$1.glb" "$models/$1.stl" "$2"; do
+        if [ -f "$file" ]; then
+            ln -s "$file" "$work/$1.${file##*.}"
+            return
+        fi
+    done
+    missing="$missing $1"
+}
+link_model bunny /usr/share/glmark2/models/bunny.obj
+link_model head ""
+link_model lucy ""
+if [ -n "$missing" ]; then
+    echo "$0: missing in $models:$missing; where they come from is said at the top of the script" >&2
+    exit 2
+fi
+"$tool" candle -o "$work/candle.obj" -q
+
+cd "$work"
+for model in bunny candle head lucy; do
+    file=$(ls $model.*)
+    echo "$model" >&2
+    "$tool" compare "$file" -o $model --material wax --material marble --material skin1 --size-mm 20 --resolution 160x100 \
+        --spp 1024 -q "$@"
+    mkdir -p "$out/$model"
+    mv $model/comparison.png $model/metrics.json $model/report.html "$out/$model/"
+done
+cd "$out"
+jq -n -r -f "$here/results.jq" bunny/metrics.json candle/metrics.json head/metrics.json lucy/metrics.json >"$work/README.md"
+mv "$work/README.md" README.md
