@@ -171,6 +171,10 @@ bool dph_gltf_read_description(const struct dph_document *doc, const json_t *d, 
                                bool scaled, struct dph_thickness *t, double *mm_per_unit,
                                struct dph_error *err);
 
+/* Makes rows as they were read proper: zeroes what is beyond bands * bands, takes scales other than 1
+ * into float rows, and -128 for -127. */
+void dph_gltf_tidy_rows(struct dph_thickness *t);
+
 /* gltf_cpca.c: the same for thickness stored as clustered principal components. */
 bool dph_gltf_read_cpca(struct dph_document *doc, struct dph_body *body, size_t first, size_t last,
                         double *mm_per_unit, struct dph_error *err);
@@ -269,15 +273,58 @@ void dph_gltf_set_description(struct dph_gltf_output *out, json_t *primitive, co
  * that was read stays. */
 void dph_gltf_drop_draco(struct dph_gltf_output *out, json_t *primitive);
 
+struct dph_rivals_origin;
+
 /* gltf_rivals.c: what the other methods store, of a body, parts first .. last - 1; `rivals` stays
  * NULL where there is nothing. */
 bool dph_gltf_read_rivals(struct dph_document *doc, struct dph_body *body, size_t first, size_t last,
                           double *mm_per_unit, struct dph_error *err);
+/* Whether so many rows are in proportion to the file: DPH_ERROR_LIMIT. */
+bool dph_gltf_check_rows(const struct dph_document *doc, size_t nvert, size_t row,
+                         const char *place, struct dph_error *err);
+/* Material and size that a description says it was baked for. */
+bool dph_gltf_read_origin(const struct dph_document *doc, const json_t *d, const char *place,
+                          struct dph_rivals_origin *origin, struct dph_error *err);
+/* gltf_response.c: the response that description `d`, at `where`, belongs to. */
+bool dph_gltf_read_response(struct dph_document *doc, struct dph_body *body, const json_t *d,
+                            const char *where, size_t first, size_t last, struct dph_error *err);
 /* gltf_rivals_write.c: the same into the body's primitives; what they had is replaced. False: out
  * of memory. */
 bool dph_gltf_add_rivals(struct dph_gltf_output *out, struct dph_gltf_slots *slots,
                          const struct dph_rivals *rivals, struct dph_gltf_strand *strand,
                          size_t nstrand);
+
+/* One product of the other methods: attributes of one stride, each a plane of its own, and a table
+ * that none of them uses. */
+struct dph_gltf_product {
+    const struct dph_rivals *rivals;
+    const char *key;              /* in extras.diaphan                                            */
+    const char *prefix, *last;    /* names: prefix and a number; Nullable: of the last plane       */
+    bool single;                  /* one plane, whose name is the prefix                           */
+    const char *shape;            /* of all planes but one that is named `last`                   */
+    int type, last_type;
+    size_t planes, stride;
+    const float *table;           /* Nullable                                                     */
+    size_t table_size;            /* in bytes                                                     */
+    /* Writes the planes of rows first .. first + count - 1, one after the other, over zeros. */
+    void (*fill)(const struct dph_gltf_product *product, size_t first, size_t count,
+                 unsigned char *out);
+    /* The object that stands under `key`; `table`: number of the table's view. */
+    json_t *(*describe)(struct dph_gltf_output *out, const struct dph_gltf_product *product,
+                        size_t table);
+};
+/* False: out of memory. */
+bool dph_gltf_add_product(struct dph_gltf_output *out, struct dph_gltf_slots *slots,
+                          const struct dph_gltf_product *product, struct dph_gltf_strand *strand,
+                          size_t nstrand);
+/* Sets "material" and "mm_per_unit" of a description. */
+void dph_gltf_describe_origin(struct dph_gltf_output *out, json_t *d,
+                              const struct dph_rivals_origin *origin);
+/* gltf_response_write.c: the response. */
+bool dph_gltf_add_response(struct dph_gltf_output *out, struct dph_gltf_slots *slots,
+                           const struct dph_rivals *rivals, struct dph_gltf_strand *strand,
+                           size_t nstrand);
+
 /* Whether an attribute (in any case) is one of theirs. */
 bool dph_gltf_is_rivals_name(const char *name);
 

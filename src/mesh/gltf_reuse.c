@@ -30,11 +30,13 @@ static bool begins(const char *name, const char *prefix)
 
 bool dph_gltf_is_rivals_name(const char *name)
 {
-    static const char *const numbered[] = {"_prt_sh_", "_prt_cpca_"};
-    for (int i = 0; i < 2; i++)
+    static const char *const numbered[] = {"_prt_sh_", "_prt_cpca_", "_response_sh_",
+                                           "_response_cpca_"};
+    for (size_t i = 0; i < sizeof numbered / sizeof *numbered; i++)
         if (begins(name, numbered[i]) && isdigit((unsigned char)name[strlen(numbered[i])]))
             return true;
-    return (begins(name, "_prt_cluster") && !name[strlen("_prt_cluster")]) ||
+    return (begins(name, "_response_cluster") && !name[strlen("_response_cluster")]) ||
+           (begins(name, "_prt_cluster") && !name[strlen("_prt_cluster")]) ||
            (begins(name, "_patro_normal") && !name[strlen("_patro_normal")]);
 }
 
@@ -67,7 +69,8 @@ static void mark_views(struct use *use, json_t *json)
         json_object_foreach(json, key, value) {
             if (!strcmp(key, "bufferView"))
                 mark(use->view, use->nview, value, OTHER);
-            else if (strcmp(key, "thickness_cpca") && strcmp(key, "prt_cpca"))
+            else if (strcmp(key, "thickness_cpca") && strcmp(key, "prt_cpca") &&
+                     (strcmp(key, "response") || !json_object_get(value, "condon_shortley")))
                 /* mark_meshes knows whose table that is */
                 mark_views(use, value);
         }
@@ -121,6 +124,9 @@ static void mark_meshes(struct use *use, const struct dph_scene *scene)
                  replaced ? OLD : OTHER);
             mark(use->view, use->nview,
                  json_object_get(json_object_get(diaphan, "prt_cpca"), "bufferView"),
+                 rivals ? OLD : OTHER);
+            mark(use->view, use->nview,
+                 json_object_get(json_object_get(diaphan, "response"), "bufferView"),
                  rivals ? OLD : OTHER);
             json_object_foreach(primitive, key, value) {
                 if (!strcmp(key, "attributes")) {

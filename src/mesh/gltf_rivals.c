@@ -66,8 +66,8 @@ static bool parse_coefficients(const struct dph_document *doc, const json_t *mat
     return true;
 }
 
-static bool parse_origin(const struct dph_document *doc, const json_t *d, const char *place,
-                         struct dph_rivals_origin *origin, struct dph_error *err)
+bool dph_gltf_read_origin(const struct dph_document *doc, const json_t *d, const char *place,
+                          struct dph_rivals_origin *origin, struct dph_error *err)
 {
     json_t *material;
     char at[140];
@@ -99,7 +99,7 @@ static bool parse_origin(const struct dph_document *doc, const json_t *d, const 
     return true;
 }
 
-static bool check_memory(const struct dph_document *doc, size_t nvert, size_t row,
+bool dph_gltf_check_rows(const struct dph_document *doc, size_t nvert, size_t row,
                          const char *place, struct dph_error *err)
 {
     if (nvert > FREE_BYTES / row && nvert / BYTES_PER_BYTE > doc->total / row)
@@ -128,7 +128,7 @@ static bool read_normals(struct dph_document *doc, struct dph_body *body, const 
     struct dph_gltf_accessor a;
     char place[120];
     if (!dph_gltf_read_version(doc, d, where, err) ||
-        !parse_origin(doc, d, where, &rivals->normal_origin, err))
+        !dph_gltf_read_origin(doc, d, where, &rivals->normal_origin, err))
         return false;
     if (!(rivals->normal = dph_alloc(body->mesh.nvert, 3 * sizeof *rivals->normal)))
         return dph_fail_memory(err);
@@ -150,7 +150,7 @@ static bool parse_transfer(const struct dph_document *doc, struct dph_body *body
     int bands;
     if (!dph_gltf_read_version(doc, d, where, err) ||
         !dph_gltf_read_basis(doc, d, where, DPH_DRAW_BANDS, &bands, err) ||
-        !parse_origin(doc, d, where, &origin, err))
+        !dph_gltf_read_origin(doc, d, where, &origin, err))
         return false;
     if (t->npos) {
         bool same = bands == t->bands && origin.anisotropy == had->anisotropy &&
@@ -181,7 +181,7 @@ static bool read_transfer(struct dph_document *doc, struct dph_body *body, const
     char place[120], name[32];
     float *four = NULL;
     if (!parse_transfer(doc, body, d, where, err) ||
-        !check_memory(doc, t->npos, t->length * sizeof(float), where, err))
+        !dph_gltf_check_rows(doc, t->npos, t->length * sizeof(float), where, err))
         return false;
     if (!(t->vector = dph_alloc(t->npos, t->length * sizeof *t->vector)))
         return dph_fail_memory(err);
@@ -225,7 +225,7 @@ static bool read_clusters(struct dph_document *doc, struct dph_body *body, const
         return dph_gltf_fail(doc, where, DPH_ERROR_INPUT, err, "clusters is %d, not 1 to %d",
                              cpca->clusters, DPH_CPCA_MAX_CLUSTERS);
     size_t vectors = (size_t)cpca->vectors, row = (vectors + 3) / 4 * 4;
-    if (!check_memory(doc, nvert, row * sizeof(float), where, err) ||
+    if (!dph_gltf_check_rows(doc, nvert, row * sizeof(float), where, err) ||
         !dph_gltf_read_table(doc, view, cpca->clusters, cpca->vectors, cpca->n, where, &cpca->table,
                              err))
         return false;
@@ -261,7 +261,8 @@ bool dph_gltf_read_rivals(struct dph_document *doc, struct dph_body *body, size_
         const char *key;
         bool (*read)(struct dph_document *doc, struct dph_body *body, const json_t *d,
                      const char *where, size_t first, size_t last, struct dph_error *err);
-    } all[] = {{"patro", read_normals}, {"prt", read_transfer}, {"prt_cpca", read_clusters}};
+    } all[] = {{"patro", read_normals}, {"prt", read_transfer}, {"prt_cpca", read_clusters},
+               {"response", dph_gltf_read_response}};
     for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
         const json_t *d;
         char place[120];
@@ -274,8 +275,9 @@ bool dph_gltf_read_rivals(struct dph_document *doc, struct dph_body *body, size_
         if (!all[i].read(doc, body, d, place, first, last, err)) /* the scene frees what there is */
             return false;
         if (!*mm_per_unit)
-            *mm_per_unit = i ? body->rivals->transfer_origin.mm_per_unit
-                             : body->rivals->normal_origin.mm_per_unit;
+            *mm_per_unit = i == 0   ? body->rivals->normal_origin.mm_per_unit
+                           : i == 3 ? body->rivals->response_origin.mm_per_unit
+                                    : body->rivals->transfer_origin.mm_per_unit;
     }
     return true;
 }

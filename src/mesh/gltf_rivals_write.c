@@ -10,25 +10,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* One product: attributes of one stride, each a plane of its own. `fill` writes the planes of rows
- * first .. first + count - 1, one after the other. */
-struct product {
-    const struct dph_rivals *rivals;
-    const char *key;              /* in extras.diaphan                                            */
-    const char *prefix, *last;    /* names: prefix and a number; Nullable: of the last plane       */
-    const char *shape;            /* of all planes but one that is named `last`                   */
-    int type, last_type;
-    size_t planes, stride;
-    void (*fill)(const struct product *product, size_t first, size_t count, unsigned char *out);
-};
-
-static void fill_normals(const struct product *product, size_t first, size_t count,
+static void fill_normals(const struct dph_gltf_product *product, size_t first, size_t count,
                          unsigned char *out)
 {
     memcpy(out, product->rivals->normal + 3 * first, 12 * count);
 }
 
-static void fill_transfer(const struct product *product, size_t first, size_t count,
+static void fill_transfer(const struct dph_gltf_product *product, size_t first, size_t count,
                           unsigned char *out)
 {
     const struct dph_transfer *t = &product->rivals->transfer;
@@ -39,7 +27,7 @@ static void fill_transfer(const struct product *product, size_t first, size_t co
     }
 }
 
-static void fill_clusters(const struct product *product, size_t first, size_t count,
+static void fill_clusters(const struct dph_gltf_product *product, size_t first, size_t count,
                           unsigned char *out)
 {
     const struct dph_cpca *cpca = product->rivals->clusters;
@@ -64,23 +52,10 @@ static json_t *three(struct dph_gltf_output *out, const double value[3])
     return list;
 }
 
-static json_t *describe(struct dph_gltf_output *out, const struct product *product,
-                        const struct dph_rivals_origin *origin, size_t table)
+void dph_gltf_describe_origin(struct dph_gltf_output *out, json_t *d,
+                              const struct dph_rivals_origin *origin)
 {
-    const struct dph_transfer *t = &product->rivals->transfer;
-    bool normals = origin == &product->rivals->normal_origin;
-    json_t *d = json_object(), *material = json_object();
-    dph_gltf_set(out, d, "version", json_integer(1));
-    if (!normals) {
-        dph_gltf_set(out, d, "bands", json_integer(t->bands));
-        dph_gltf_set(out, d, "order", json_string("l*(l+1)+m"));
-        dph_gltf_set(out, d, "condon_shortley", json_true());
-    }
-    if (product->last) {
-        dph_gltf_set(out, d, "clusters", json_integer(product->rivals->clusters->clusters));
-        dph_gltf_set(out, d, "vectors", json_integer(product->rivals->clusters->vectors));
-        dph_gltf_set(out, d, "bufferView", dph_gltf_number(table));
-    }
+    json_t *material = json_object();
     /* a name that is no UTF-8 is left out, it says nothing that counts */
     json_t *name = json_string(origin->material);
     dph_gltf_set(out, material, "name", name ? name : json_string(""));
@@ -88,9 +63,35 @@ static json_t *describe(struct dph_gltf_output *out, const struct product *produ
     dph_gltf_set(out, material, "absorption", three(out, origin->absorption));
     dph_gltf_set(out, material, "anisotropy", json_real(origin->anisotropy));
     dph_gltf_set(out, d, "material", material);
-    if (!normals)
+    if (origin->directions)
         dph_gltf_set(out, d, "directions", json_integer(origin->directions));
     dph_gltf_set(out, d, "mm_per_unit", json_real(origin->mm_per_unit));
+}
+
+static json_t *describe_normals(struct dph_gltf_output *out, const struct dph_gltf_product *product,
+                                size_t table)
+{
+    json_t *d = json_object();
+    (void)table;
+    dph_gltf_set(out, d, "version", json_integer(1));
+    dph_gltf_describe_origin(out, d, &product->rivals->normal_origin);
+    return d;
+}
+
+static json_t *describe_transfer(struct dph_gltf_output *out, const struct dph_gltf_product *product,
+                                 size_t table)
+{
+    json_t *d = json_object();
+    dph_gltf_set(out, d, "version", json_integer(1));
+    dph_gltf_set(out, d, "bands", json_integer(product->rivals->transfer.bands));
+    dph_gltf_set(out, d, "order", json_string("l*(l+1)+m"));
+    dph_gltf_set(out, d, "condon_shortley", json_true());
+    if (product->table) {
+        dph_gltf_set(out, d, "clusters", json_integer(product->rivals->clusters->clusters));
+        dph_gltf_set(out, d, "vectors", json_integer(product->rivals->clusters->vectors));
+        dph_gltf_set(out, d, "bufferView", dph_gltf_number(table));
+    }
+    dph_gltf_describe_origin(out, d, &product->rivals->transfer_origin);
     return d;
 }
 
@@ -113,24 +114,18 @@ static const struct written *twin(const struct dph_gltf_strand *strand, const st
     return NULL;
 }
 
-static bool add_product(struct dph_gltf_output *out, struct dph_gltf_slots *slots,
-                        const struct product *product, struct dph_gltf_strand *strand,
-                        size_t nstrand)
+bool dph_gltf_add_product(struct dph_gltf_output *out, struct dph_gltf_slots *slots,
+                          const struct dph_gltf_product *product, struct dph_gltf_strand *strand,
+                          size_t nstrand)
 {
-    const struct dph_rivals *rivals = product->rivals;
-    const struct dph_cpca *cpca = product->last ? rivals->clusters : NULL;
-    const struct dph_rivals_origin *origin =
-        product->fill == fill_normals ? &rivals->normal_origin : &rivals->transfer_origin;
     size_t begin = SIZE_MAX, view = SIZE_MAX, table = SIZE_MAX, planes = product->planes;
     size_t *list = dph_alloc(nstrand * planes, sizeof *list);
     struct written *done = dph_alloc(nstrand, sizeof *done);
     bool ok = list && done;
-    if (ok && cpca) {
-        size_t size = (size_t)cpca->clusters * (1 + (size_t)cpca->vectors) * (size_t)cpca->n *
-                      sizeof *cpca->table;
-        size_t at = dph_gltf_put_bytes(out, cpca->table, size, 4, NULL);
+    if (ok && product->table) {
+        size_t at = dph_gltf_put_bytes(out, product->table, product->table_size, 4, NULL);
         table = dph_gltf_place(out, "bufferViews", slots->view, &slots->nview,
-                               dph_gltf_make_view(out, at, size, 0, 0));
+                               dph_gltf_make_view(out, at, product->table_size, 0, 0));
     }
     for (size_t i = 0; i < nstrand && ok; i++) {
         size_t plane = strand[i].count * product->stride;
@@ -168,14 +163,14 @@ static bool add_product(struct dph_gltf_output *out, struct dph_gltf_slots *slot
             char name[32];
             if (product->last && k + 1 == planes)
                 snprintf(name, sizeof name, "%s", product->last);
-            else if (planes == 1 && !product->last && product->fill == fill_normals)
+            else if (product->single)
                 snprintf(name, sizeof name, "%s", product->prefix);
             else
                 snprintf(name, sizeof name, "%s%d", product->prefix, (int)k);
             dph_gltf_set(out, attributes, name, dph_gltf_number(list[done[i].accessor + k]));
         }
         dph_gltf_set_description(out, strand[i].primitive, product->key,
-                                 describe(out, product, origin, table));
+                                 product->describe(out, product, table));
     }
     if (ok)
         dph_gltf_set(out, json_array_get(json_object_get(out->root, "bufferViews"), view),
@@ -187,14 +182,14 @@ static bool add_product(struct dph_gltf_output *out, struct dph_gltf_slots *slot
 
 static void clear(struct dph_gltf_output *out, json_t *primitive)
 {
-    static const char *const keys[] = {"patro", "prt", "prt_cpca"};
+    static const char *const keys[] = {"patro", "prt", "prt_cpca", "response"};
     json_t *attributes = dph_gltf_own_object(out, primitive, "attributes"), *value;
     const char *name;
     void *next;
     json_object_foreach_safe(attributes, next, name, value)
         if (dph_gltf_is_rivals_name(name))
             json_object_del(attributes, name);
-    for (int i = 0; i < 3; i++)
+    for (size_t i = 0; i < sizeof keys / sizeof *keys; i++)
         dph_gltf_set_description(out, primitive, keys[i], NULL);
 }
 
@@ -207,26 +202,51 @@ bool dph_gltf_add_rivals(struct dph_gltf_output *out, struct dph_gltf_slots *slo
         if (rivals->products)
             dph_gltf_drop_draco(out, strand[i].primitive);
     }
-    struct product normals = {.rivals = rivals, .key = "patro", .prefix = "_PATRO_NORMAL",
-                              .shape = "VEC3", .type = DPH_GLTF_FLOAT, .planes = 1, .stride = 12,
-                              .fill = fill_normals};
+    struct dph_gltf_product normals = {.rivals = rivals,
+                                       .key = "patro",
+                                       .prefix = "_PATRO_NORMAL",
+                                       .single = true,
+                                       .shape = "VEC3",
+                                       .type = DPH_GLTF_FLOAT,
+                                       .planes = 1,
+                                       .stride = 12,
+                                       .fill = fill_normals,
+                                       .describe = describe_normals};
     if (rivals->products & DPH_PRODUCT_NORMALS && rivals->normal &&
-        !add_product(out, slots, &normals, strand, nstrand))
+        !dph_gltf_add_product(out, slots, &normals, strand, nstrand))
         return false;
-    struct product transfer = {.rivals = rivals, .key = "prt", .prefix = "_PRT_SH_",
-                               .shape = "VEC4", .type = DPH_GLTF_FLOAT, .stride = 16,
-                               .planes = (rivals->transfer.length + 3) / 4,
-                               .fill = fill_transfer};
+    struct dph_gltf_product transfer = {.rivals = rivals,
+                                        .key = "prt",
+                                        .prefix = "_PRT_SH_",
+                                        .shape = "VEC4",
+                                        .type = DPH_GLTF_FLOAT,
+                                        .stride = 16,
+                                        .planes = (rivals->transfer.length + 3) / 4,
+                                        .fill = fill_transfer,
+                                        .describe = describe_transfer};
     if (rivals->products & DPH_PRODUCT_TRANSFER && rivals->transfer.vector &&
-        !add_product(out, slots, &transfer, strand, nstrand))
+        !dph_gltf_add_product(out, slots, &transfer, strand, nstrand))
         return false;
-    if (!(rivals->products & DPH_PRODUCT_CLUSTERS) || !rivals->clusters)
-        return true;
-    struct product clusters = {.rivals = rivals, .key = "prt_cpca", .prefix = "_PRT_CPCA_",
-                               .last = "_PRT_CLUSTER", .shape = "VEC4", .type = DPH_GLTF_BYTE,
-                               .last_type = rivals->clusters->clusters <= 256 ? DPH_GLTF_UBYTE
-                                                                              : DPH_GLTF_USHORT,
-                               .planes = ((size_t)rivals->clusters->vectors + 3) / 4 + 1,
-                               .stride = 4, .fill = fill_clusters};
-    return add_product(out, slots, &clusters, strand, nstrand);
+    const struct dph_cpca *cpca = rivals->clusters;
+    if (rivals->products & DPH_PRODUCT_CLUSTERS && cpca) {
+        struct dph_gltf_product clusters = {
+            .rivals = rivals,
+            .key = "prt_cpca",
+            .prefix = "_PRT_CPCA_",
+            .last = "_PRT_CLUSTER",
+            .shape = "VEC4",
+            .type = DPH_GLTF_BYTE,
+            .last_type = cpca->clusters <= 256 ? DPH_GLTF_UBYTE : DPH_GLTF_USHORT,
+            .planes = ((size_t)cpca->vectors + 3) / 4 + 1,
+            .stride = 4,
+            .table = cpca->table,
+            .table_size = (size_t)cpca->clusters * (1 + (size_t)cpca->vectors) * (size_t)cpca->n *
+                          sizeof *cpca->table,
+            .fill = fill_clusters,
+            .describe = describe_transfer};
+        if (!dph_gltf_add_product(out, slots, &clusters, strand, nstrand))
+            return false;
+    }
+    return !(rivals->products & DPH_PRODUCT_RESPONSE) || !rivals->response ||
+           dph_gltf_add_response(out, slots, rivals, strand, nstrand);
 }

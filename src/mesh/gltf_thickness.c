@@ -194,8 +194,7 @@ static void clamp(struct dph_thickness *t)
                 ((int16_t *)t->data)[i] = -32767;
 }
 
-/* Zeroes what is beyond bands * bands, and takes scales other than 1 into float rows. */
-static void tidy(struct dph_thickness *t)
+void dph_gltf_tidy_rows(struct dph_thickness *t)
 {
     size_t size = dph_store_size(t->store), used = (size_t)(t->bands * t->bands);
     for (size_t v = 0; v < t->nvert && used < (size_t)t->components; v++)
@@ -309,7 +308,7 @@ bool dph_gltf_read_thickness(struct dph_document *doc, struct dph_body *body, si
             rows = NULL;
         }
     }
-    tidy(t);
+    dph_gltf_tidy_rows(t);
     body->thickness = t;
     return true;
 

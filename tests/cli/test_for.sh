@@ -61,6 +61,20 @@ refuse 1 "'magic' is none of lambert, shsss" bake box.obj -o x.glb --for shsss,m
 refuse 1 "is none of" bake box.obj -o x.glb --for shsss,
 [ -e x.glb ] && fail "x.glb was written"
 
+# the response: what is stored, reported and told of the file
+expect 0 bake box.obj -o response.glb --for response --noise .3 --bytes 16 --material marble --size-mm 20 --json
+field '.response.form == "root" and .response.bands == 4 and .response.bytes_per_vertex == 16 and .response.table_bytes == 288'
+field '.response.noise > 0 and .response.noise <= .3 and .response.noise_reached and .response.walks > 0 and .response.relative_error < .6'
+field '.seconds.walks > 0 and (has("bands") | not)'
+expect 0 info response.glb --json
+field '.response.form == "root" and .response.material == "marble" and .response.bands == 4 and .response.noise <= .3'
+expect 0 bake box.obj -o once.glb --for response --noise .3 --bytes 16 --material marble --size-mm 20 -q --threads 1
+cmp response.glb once.glb || fail "the response depends on threads"
+expect 0 bake response.glb -o more.glb --for response,shsss --noise .3 --response-form rgb --bands 3 --store snorm16 --directions 64 --json
+field '.response.form == "rgb" and .response.bytes_per_vertex == 54 and .bytes_per_vertex == 18'
+refuse 1 'none of 4, 9, 16, 36' bake box.obj -o x.glb --for response --bytes 12
+refuse 1 'root, linear, rgb' bake box.obj -o x.glb --for response --response-form square
+
 # the table
 expect 0 info ball.obj --compression --for prt --directions 16 --json
 field '.transfer.compression | length == 5 and .[0].bytes_per_vertex == 432 and .[0].error == 0 and .[4].clusters == 128'
@@ -86,4 +100,16 @@ for method in prt prt-cpca patro; do
     expect 0 render all.glb -o c.exr --method $method $small $few --size-mm 50
     grep -q "warning: .*another size" stderr || fail "$method: no warning of the size: $(cat stderr)"
 done
+# the response likewise, to a noise of its own
+few="--noise .3 --bytes 16 --material marble --size-mm 20"
+expect 0 render response.glb -o a.exr --method response $small --material marble --size-mm 20 --json
+field '.seconds.bake == 0 and .bytes_per_vertex == 16 and .passes == 1'
+[ -s stderr ] && fail "response: $(cat stderr)"
+expect 0 render box.obj -o b.exr --method response $small $few --json
+field '.seconds.response > 0'
+cmp a.exr b.exr || fail "response: the file's data and those of memory differ"
+expect 0 render response.glb -o c.exr --method response $small --noise .5 --size-mm 20 --material wax
+grep -q "warning: .*another material" stderr || fail "response: no warning of the material: $(cat stderr)"
+expect 0 render response.glb -o c.exr --method response $small --noise .5 --size-mm 30 --material marble
+grep -q "warning: .*another size" stderr || fail "response: no warning of the size: $(cat stderr)"
 finish

@@ -33,5 +33,10 @@ JS
 expect 0 bake box.obj -o rivals.glb -q --directions 16 --for shsss,prt-cpca,patro,prt
 expect 0 bake box.obj -o rivals-box.glb -q --directions 16 --bands 5 --for prt,patro
 expect 0 bake rivals.glb -o rivals-again.glb -q --directions 16 --for prt --bands 3
+few="--noise 1 --for response --directions 16"
+expect 0 bake box.obj -o response.glb -q $few
+expect 0 bake rivals.glb -o response-rivals.glb -q $few --response-form rgb --store float
+expect 0 bake response-rivals.glb -o response-cpca.glb -q $few --store cpca --clusters 3
+expect 0 bake response-rivals.glb -o response-linear.glb -q --noise 1 --directions 16 --for response,shsss --response-form linear --bands 3 --store snorm16
 node check.cjs "$modules" ./*.glb || fail "the validator has something to say"
 finish
