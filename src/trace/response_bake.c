@@ -28,11 +28,11 @@
 
 enum {
     CHECKED_BANDS = 6,
-    MOST_MEMBERS = 64, /* of a group: one more saves less in walks than it costs in rays */
+    MOST_MEMBERS = 48, /* of a group: one more saves less in walks than it costs in rays */
     SPLITS = 12,
     FEWEST_PASSES = 8,
 };
-static const double REACH = 3;          /* of a group, mean free paths */
+static const double REACH = 4;          /* of a group, mean free paths */
 static const double NEAR = 1.2, NEAR_SPACING = .5; /* see near_share: spacings; mean free paths */
 static const double SWEEP_SHARE = .02;  /* of the progress */
 
@@ -260,7 +260,8 @@ bool dph_response_bake(const struct dph_bake_input *input,
         .params = params, .mesh = &job.mesh, .ncoef = ncoef, .length = 3 * ncoef,
         .threads = dph_thread_count(params->threads),
     };
-    dph_volume_init(&job.body.space.volume, params->scattering, params->absorption, params->anisotropy);
+    dph_volume_init(&job.body.space.volume, params->scattering, params->absorption,
+                    params->anisotropy);
     double start = dph_seconds(), middle;
     bool ok = dph_welded_init(&job.mesh, input, err) && prepare(&job, input, err) &&
               dph_response_unscattered(&job.body, SWEEP_SHARE, job.unscattered, err);

@@ -16,7 +16,7 @@
  * Guibas 1995): with q_x the density of the points of x (the mean of f_xc over the channels, mixed
  * with points near to x),
  *
- *     p_c(x, .) ~ U_c + sum over j of  f_xc(y_j) / (sum over x' of q_x'(y_j))  albedo_c G_c(y_j, .),
+ *     p_c(x, .) ~ U_c + sum over j of  f_xc(y_j) albedo_c G_c(y_j, .) / (sum over x' of q_x'(y_j)),
  *
  * without bias whatever the groups are. Nothing is assumed of what lies between x and y: S is
  * measured. From each point several walks go on (splitting), in stratified directions and with
