@@ -67,9 +67,10 @@ struct dph_response_bake_report {
 /* Bakes into `transfer` (3 channels), which dph_transfer_finish empties. `report` is Nullable.
  * Normals are the angle-weighted ones of the positions. The same input and parameters give the same
  * bytes for any number of threads. The mesh should be closed. Memory beside input and output: about
- * 1 KiB a position, more while unscattered light is gathered. False: DPH_ERROR_ARGUMENT (a parameter out of
- * range), DPH_ERROR_INPUT (an index out of range, a number that is not finite), DPH_ERROR_MEMORY,
- * DPH_ERROR_CAPABILITY (Embree), DPH_ERROR_CANCELLED; `transfer` is then empty. */
+ * 1 KiB a position, four times that while unscattered light is gathered in 8 bands. False:
+ * DPH_ERROR_ARGUMENT (a parameter out of range), DPH_ERROR_INPUT (an index out of range, a number
+ * that is not finite), DPH_ERROR_MEMORY, DPH_ERROR_CAPABILITY (Embree), DPH_ERROR_CANCELLED;
+ * `transfer` is then empty. */
 bool dph_response_bake(const struct dph_bake_input *input,
                        const struct dph_response_bake_params *params, struct dph_transfer *transfer,
                        struct dph_response_bake_report *report, struct dph_error *err);
