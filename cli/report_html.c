@@ -173,6 +173,12 @@ static void put_names(const struct report *r, const struct dph_entry *entry)
     fprintf(r->out, "</td><td class=\"text\">%s</td>", entry->fitted ? "yes" : "no");
 }
 
+static void print_size(char *text, size_t room, double bytes)
+{
+    double value = bytes < 1048576 ? bytes / 1024 : bytes / 1048576;
+    snprintf(text, room, "%.*f %s", value < 10 ? 1 : 0, value, bytes < 1048576 ? "KiB" : "MiB");
+}
+
 static void put_row(const struct report *r, const struct dph_entry *entry, const double *best)
 {
     const struct dph_comparison *c = r->comparison;
@@ -194,7 +200,7 @@ static void put_row(const struct report *r, const struct dph_entry *entry, const
                      shot->noisy && i == 0 ? "noisy" : "");
             put_cell(r, classes, value, figure_print(i, value, number), shot->warning);
         }
-    snprintf(text, sizeof text, "%.3g KiB", (double)entry->table_bytes / 1024);
+    print_size(text, sizeof text, (double)entry->table_bytes);
     put_cell(r, "first", (double)entry->table_bytes, entry->table_bytes ? text : "none", NULL);
     snprintf(text, sizeof text, "%d", entry->passes);
     put_cell(r, "", entry->passes, text, NULL);

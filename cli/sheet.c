@@ -297,7 +297,7 @@ static bool put_section(const struct sheet *sheet, const struct dph_judged *judg
     canvas_text_within(sheet->canvas, x, y + 20, sheet->width - MARGIN - x, &small_type, text);
     y += SECTION;
     canvas_text(sheet->canvas, column_left(0), y + 11, &method_type, "reference");
-    snprintf(text, sizeof text, "path traced, %d samples", judged->samples);
+    snprintf(text, sizeof text, "%d samples a pixel", judged->samples);
     canvas_text_within(sheet->canvas, column_left(0), y + 22, COLUMN, &small_type, text);
     figure_print_time(judged->seconds_truth, text);
     strcat(text, " for all lights");

@@ -45,7 +45,8 @@ def titled: split(", ") | [(.[0] | code)] + .[1:] | join(", ");
 [inputs | . + {model: (input_filename | split("/") | .[-2] // .[-1])}] as $runs
 | [$runs[] | .model as $model | .materials as $materials | .results[] | select(.shown)
     | . as $row | ($materials[] | select(.name == $row.material) | .lights[] | select(.light == $row.light)) as $truth
-    | {model: $model, material, light, fitted, method, bands, rmse, psnr, ssim, flip, warning, payload_bytes, table_bytes,
+    | {model: $model, material, light, fitted, method, bands, rmse, psnr, ssim, flip, warning, payload_bytes, bytes_per_vertex,
+       table_bytes,
        name: (.method + (if .variant then ", " + .variant else "" end)), where: "\($model) in \(.material), \(.light)",
        noise: .noise.psnr, limit: (4 * .noise.rmse / ($truth.pixels | sqrt))}] as $all
 | ($all | map(select(.rmse == null) | .where) | unique_in_order) as $lost
@@ -63,6 +64,7 @@ def average($name; $fitted; f): of($name; $fitted) | map(f) | mean;
 def lit($light): map(select(.light == $light));
 def error_row($name; $fitted; f; $d): [$lights[] as $l | $rows | lit($l) | average($name; $fitted; f) | fix($d)];
 def bytes($name): $rows | map(select(.name == $name) | .payload_bytes) | max;
+def fetched_bytes($name): $rows | map(select(.name == $name) | .bytes_per_vertex) | max;
 def table_bytes($name): $rows | map(select(.name == $name) | .table_bytes) | max;
 
 # $a beside $b in the cases of the input that have both
@@ -242,9 +244,11 @@ def by_light($figure; f; $d; $better):
 
 def errors:
     "### Error, mean, and bytes", "",
-    ([$names[] | . as $n | [titled, (bytes($n) | fix(0)), (table_bytes($n) | thousands)]
+    "Bytes a vertex are what is stored beside position and normal, as fetched what drawing reads more than plain shading does "
+        + "(Patro's normals replace the ordinary ones; Green moves vertices along a direction of 4 bytes).", "",
+    ([$names[] | . as $n | [titled, (bytes($n), fetched_bytes($n) | fix(0)), (table_bytes($n) | thousands)]
         + ([true, false] | map(. as $f | error_row($n; $f; .rmse; 3) + [$rows | average($n; $f; .rmse) | fix(3)]) | add)]
-        | table(["method", "bytes a vertex", "tables and maps, bytes, up to"] + ($lights + ["all"] | map(. + ", fitted"))
+        | table(["method", "bytes a vertex", "as fetched", "tables and maps, bytes, up to"] + ($lights + ["all"] | map(. + ", fitted"))
             + ($lights + ["all"] | map(. + ", as is")))), "";
 
 def by_kind($title; $kinds; field; $fitted):
