@@ -2,8 +2,6 @@
 #include "surface.glsl"
 #include "green.glsl"
 
-uniform DphMaterial u_material;
-
 void main()
 {
     vec3 normal = surface_normal(), to_eye = surface_to_eye();

@@ -1,8 +1,6 @@
 // lambert.frag - the base line: an opaque surface of the material's diffuse reflectance.
 #include "surface.glsl"
 
-uniform DphMaterial u_material;
-
 void main()
 {
     vec3 normal = surface_normal(), to_eye = surface_to_eye();

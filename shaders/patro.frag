@@ -1,8 +1,6 @@
 // patro.frag - lambert.frag for changed normals: they are used at the length they have.
 #include "surface.glsl"
 
-uniform DphMaterial u_material;
-
 void main()
 {
     vec3 normal = gl_FrontFacing ? v_normal : -v_normal, to_eye = surface_to_eye();

@@ -4,8 +4,6 @@
 
 centroid in vec3 v_radiance;
 
-uniform DphMaterial u_material;
-
 void main()
 {
     vec3 radiance = max(v_radiance, 0.0) + dph_ambient(u_material);

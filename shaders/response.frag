@@ -2,7 +2,6 @@
 // off the colours of the ramp. Front light is in it.
 #include "surface.glsl"
 
-uniform DphMaterial u_material;
 uniform sampler2D u_ramp;
 
 void main()

@@ -1,8 +1,6 @@
 // shsss.frag - light that came through the body: the varying thickness of every light, summed up.
 #include "surface.glsl"
 
-uniform DphMaterial u_material;
-
 void main()
 {
     vec3 normal = surface_normal(), to_eye = surface_to_eye();

@@ -1,6 +1,7 @@
 // surface.glsl - what the fragment stages begin with: the varyings of body.vert, made into a point
 // of a surface.
 #include "frame.glsl"
+#include "material.glsl"
 
 centroid in vec3 v_position;
 #if DPH_VECTORS > 0

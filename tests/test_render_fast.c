@@ -215,11 +215,39 @@ static void test_programs_of_materials(void **state)
             bool concerned = m == 0 || i == 0 || i == 2;
             assert_true((largest_difference(&before, &with) > .01) == concerned);
             assert_true(largest_difference(&before, &after) == 0);
+            dph_image_finish(&after);
+            other.live_material = true; /* uniforms instead of constants */
+            after = draw(renderer, &other);
+            assert_true(largest_difference(&with, &after) < 1e-5);
             dph_image_finish(&with);
             dph_image_finish(&after);
         }
         dph_image_finish(&before);
     }
+    dph_renderer_destroy(renderer);
+    dph_scene_destroy(scene);
+}
+
+/* More materials than programs are kept: the first one's is made again, and draws the same. */
+static void test_many_materials(void **state)
+{
+    (void)state;
+    struct dph_scene *scene = dented_sphere(DPH_STORE_SNORM8, false);
+    struct dph_renderer *renderer = dph_renderer_create(scene, NULL);
+    struct dph_frame frame = small_frame("lambert", 16, 30, 20);
+    struct dph_image first = draw(renderer, &frame);
+    struct dph_material wax = frame.material;
+    for (int i = 0; i < 120; i++) {
+        frame.material.absorption[1] = .01 + .001 * i;
+        struct dph_image other = draw(renderer, &frame);
+        assert_true(largest_difference(&first, &other) > 0);
+        dph_image_finish(&other);
+    }
+    frame.material = wax;
+    struct dph_image again = draw(renderer, &frame);
+    assert_true(largest_difference(&first, &again) == 0);
+    dph_image_finish(&first);
+    dph_image_finish(&again);
     dph_renderer_destroy(renderer);
     dph_scene_destroy(scene);
 }
@@ -260,6 +288,7 @@ int main(void)
         cmocka_unit_test(test_auto_bands_of_two_lights),
         cmocka_unit_test(test_order),
         cmocka_unit_test(test_programs_of_materials),
+        cmocka_unit_test(test_many_materials),
         cmocka_unit_test(test_lowest_integers),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);

@@ -62,6 +62,9 @@ struct dph_frame {
     double mm_per_unit;                   /* 0: the scene's, else 25 mm for the largest side       */
     int bands;                            /* 0: all that are stored; DPH_BANDS_AUTO                */
     enum dph_window window;               /* DPH_WINDOW_NONE                                       */
+    bool live_material;                   /* the material changes from frame to frame: its numbers are
+                                           * uniforms of the programs, where drawing is slower and a
+                                           * change costs nothing, and not constants; false */
     int samples;                          /* multisampling, 1 to 16, less where GL has less; 4      */
     int map_size;                         /* depth maps: texels a side, a power of two, 16 to 8192; 1024 */
     double blur_mm;                       /* green-gauss: sigma; negative: a mean free path of the

@@ -7,6 +7,7 @@
 
 #include "core/fail.h"
 
+#include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -19,9 +20,61 @@ static bool same_variant(const struct dph_variant *a, const struct dph_variant *
     return a->stages.vert == b->stages.vert && a->stages.frag == b->stages.frag &&
            a->stages.feedback == b->stages.feedback && a->stages.vectors == b->stages.vectors &&
            a->stages.bytes == b->stages.bytes && a->stages.weights == b->stages.weights &&
-           a->lights == b->lights && a->local == b->local &&
-           a->formula == b->formula && a->curve == b->curve && a->specular == b->specular &&
-           a->rim == b->rim && a->ambient == b->ambient;
+           a->lights == b->lights && a->local == b->local && a->compiled == b->compiled &&
+           !memcmp(&a->material, &b->material, sizeof a->material);
+}
+
+/* What the program has to know of a material: everything, or only what decides on its code. */
+static struct dph_material_constants key_of(const struct dph_material_constants *m, bool compiled)
+{
+    return compiled ? *m
+                    : (struct dph_material_constants){.formula = m->formula,
+                                                      .curve = m->curve,
+                                                      .specular = m->specular > 0,
+                                                      .rim = m->rim > 0,
+                                                      .ambient = m->ambient > 0};
+}
+
+/* Appends "name(bits of x, ...)": exactly these floats, whatever the locale. */
+static void put_floats(char *text, size_t size, const char *name, const float *x, int n)
+{
+    size_t at = strlen(text);
+    at += (size_t)snprintf(text + at, size - at, ",%s(", name);
+    for (int i = 0; i < n; i++) {
+        uint32_t bits;
+        memcpy(&bits, x + i, sizeof bits);
+        at += (size_t)snprintf(text + at, size - at, "%suintBitsToFloat(%" PRIu32 "u)",
+                               i ? "," : "", bits);
+    }
+    snprintf(text + at, size - at, ")");
+}
+
+/* The define that makes a material a constant, see material.glsl; members in their order. */
+static void define_material(char *text, size_t size, const struct dph_material_constants *m)
+{
+    const float *triple[] = {m->rate, m->offset, m->numerator, m->base, m->front, m->back, m->albedo};
+    const float single[] = {m->specular, m->shininess, m->f0, m->rim, m->rim_power, m->ambient};
+    snprintf(text, size, "#define DPH_MATERIAL %d,%d", m->formula, m->curve);
+    for (size_t i = 0; i < sizeof triple / sizeof *triple; i++)
+        put_floats(text, size, "vec3", triple[i], 3);
+    for (size_t i = 0; i < sizeof single / sizeof *single; i++)
+        put_floats(text, size, "float", single + i, 1);
+    strcat(text, "\n"); /* there is room: see the caller */
+}
+
+/* Programs beyond a number are forgotten, those first that were not used for longest. */
+static void forget_variants(struct dph_renderer *renderer)
+{
+    enum { KEPT = 96 };
+    struct dph_variant **at = &renderer->variants;
+    for (int i = 0; *at && i < KEPT; i++)
+        at = &(*at)->next;
+    while (*at) {
+        struct dph_variant *old = *at;
+        *at = old->next;
+        dph_program_finish(&old->program);
+        free(old);
+    }
 }
 
 struct dph_program *dph_draw_program(const struct dph_draw *draw, const struct dph_stages *stages,
@@ -30,44 +83,53 @@ struct dph_program *dph_draw_program(const struct dph_draw *draw, const struct d
     struct dph_renderer *renderer = draw->renderer;
     struct dph_variant wanted = {.stages = *stages,
                                  .lights = draw->frame->nlight,
-                                 .formula = draw->material.formula,
-                                 .curve = draw->material.curve,
-                                 .specular = draw->material.specular > 0,
-                                 .rim = draw->material.rim > 0,
-                                 .ambient = draw->material.ambient > 0,
-                                 .next = renderer->variants};
+                                 .compiled = !draw->frame->live_material,
+                                 .material = key_of(&draw->material,
+                                                    !draw->frame->live_material)};
     for (int i = 0; i < wanted.lights; i++)
         wanted.local = wanted.local || draw->frame->light[i].kind != DPH_LIGHT_DISTANT;
-    for (struct dph_variant *v = renderer->variants; v; v = v->next)
-        if (same_variant(v, &wanted))
-            return &v->program;
+    for (struct dph_variant **at = &renderer->variants; *at; at = &(*at)->next)
+        if (same_variant(*at, &wanted)) {
+            struct dph_variant *found = *at;
+            *at = found->next;
+            found->next = renderer->variants;
+            renderer->variants = found;
+            return &found->program;
+        }
     struct dph_variant *v = calloc(1, sizeof *v);
     if (!v) {
         dph_fail_memory(err);
         return NULL;
     }
     *v = wanted;
-    char defines[256];
+    char defines[2048], material[1280] = ""; /* 27 floats of at most 28 letters */
+    if (v->compiled)
+        define_material(material, sizeof material, &v->material);
     snprintf(defines, sizeof defines,
              "#define DPH_LIGHTS %d\n#define DPH_VECTORS %d\n#define DPH_BYTES %d\n"
-             "#define DPH_WEIGHTS %d\n#define DPH_FORMULA %d\n#define DPH_CURVE %d\n%s%s%s%s%s",
-             v->lights, stages->vectors, stages->bytes, stages->weights, v->formula, v->curve,
-             v->specular ? "" : "#define DPH_SPECULAR 0.0\n",
-             v->rim ? "" : "#define DPH_RIM 0.0\n",
-             v->ambient ? "" : "#define DPH_AMBIENT 0.0\n", v->local ? "#define DPH_LOCAL\n" : "",
-             stages->feedback ? "#define DPH_PROBE\n" : "");
+             "#define DPH_WEIGHTS %d\n#define DPH_FORMULA %d\n#define DPH_CURVE %d\n%s%s%s%s%s%s",
+             v->lights, stages->vectors, stages->bytes, stages->weights, v->material.formula,
+             v->material.curve, v->material.specular > 0 ? "" : "#define DPH_SPECULAR 0.0\n",
+             v->material.rim > 0 ? "" : "#define DPH_RIM 0.0\n",
+             v->material.ambient > 0 ? "" : "#define DPH_AMBIENT 0.0\n",
+             v->local ? "#define DPH_LOCAL\n" : "", stages->feedback ? "#define DPH_PROBE\n" : "",
+             material);
     if (!dph_program_init(&v->program, stages->vert, stages->frag, defines, stages->feedback,
                           err)) {
         free(v);
         return NULL;
     }
+    v->next = renderer->variants;
     renderer->variants = v;
+    forget_variants(renderer);
     return &v->program;
 }
 
 void dph_draw_material(const struct dph_draw *draw, struct dph_program *program)
 {
     const struct dph_material_constants *m = &draw->material;
+    if (!draw->frame->live_material) /* a constant of the program */
+        return;
     dph_set_int(program, "u_material.formula", m->formula);
     dph_set_int(program, "u_material.curve", m->curve);
     dph_set_vec(program, "u_material.rate", 3, 1, m->rate);

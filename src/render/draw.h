@@ -122,8 +122,9 @@ struct dph_variant {
     struct dph_stages stages;
     int lights;
     bool local; /* some are point or spot lights                                              */
-    int formula, curve;
-    bool specular, rim, ambient;
+    bool compiled; /* the material is a constant of the program                               */
+    struct dph_material_constants material; /* else what decides on the code: formula, curve, and
+                                             * 1 where specular, rim and ambient are on       */
     struct dph_program program;
 };
 
@@ -200,7 +201,7 @@ const char *dph_draw_vert(const struct dph_gpu_body *gpu, const char *vert);
 /* The lights and the placement of one instance; `vectors` 0: no thickness. */
 void dph_draw_place(const struct dph_draw *draw, struct dph_program *program,
                     const struct dph_instance *instance, int vectors);
-/* All members of uniform DphMaterial u_material. */
+/* All members of uniform DphMaterial u_material, where it is one. */
 void dph_draw_material(const struct dph_draw *draw, struct dph_program *program);
 
 /* The private half of struct dph_method. */
