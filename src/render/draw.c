@@ -65,7 +65,7 @@ static void define_material(char *text, size_t size, const struct dph_material_c
 /* Programs beyond a number are forgotten, those first that were not used for longest. */
 static void forget_variants(struct dph_renderer *renderer)
 {
-    enum { KEPT = 96 };
+    enum { KEPT = 32 };
     struct dph_variant **at = &renderer->variants;
     for (int i = 0; *at && i < KEPT; i++)
         at = &(*at)->next;
