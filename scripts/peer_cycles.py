@@ -1,4 +1,4 @@
-"""The path-traced reference beside Cycles, the path tracer of Blender: mean radiance over the object.
+"""The path-traced reference beside Cycles, Blender's path tracer: mean radiance over the object.
 
     blender -b --factory-startup --python-exit-code 1 --python scripts/peer_cycles.py -- \
         build/diaphan OUT.json [--mesh closed.obj ...] [--only TEXT] [--spp N] [--seeds K] \
@@ -123,7 +123,8 @@ def surround(world, light):
     tree = world.node_tree
     tree.nodes.clear()
     where = tree.nodes.new("ShaderNodeTexCoord")
-    apart, together = tree.nodes.new("ShaderNodeSeparateXYZ"), tree.nodes.new("ShaderNodeCombineXYZ")
+    apart = tree.nodes.new("ShaderNodeSeparateXYZ")
+    together = tree.nodes.new("ShaderNodeCombineXYZ")
     texture = tree.nodes.new("ShaderNodeTexEnvironment")
     texture.image, texture.interpolation = image, "Closest"
     shine, out = tree.nodes.new("ShaderNodeBackground"), tree.nodes.new("ShaderNodeOutputWorld")
@@ -338,7 +339,8 @@ def run_case(program, case, mesh, obj, spp, seeds, folder):
     error = numpy.sqrt((da / a) ** 2 + (db / b) ** 2)
     return dict(case, spp=spp, seeds=seeds, lost=lost, seconds=seconds, diaphan=a.tolist(),
                 diaphan_error=da.tolist(),
-                diaphan_error_by_variance=numpy.sqrt(numpy.mean(said_error, 0) / seeds).tolist(), cycles=b.tolist(), cycles_error=db.tolist(),
+                diaphan_error_by_variance=numpy.sqrt(numpy.mean(said_error, 0) / seeds).tolist(),
+                cycles=b.tolist(), cycles_error=db.tolist(),
                 ratio=(a / b).tolist(), ratio_error=error.tolist())
 
 
@@ -371,7 +373,8 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         for case in cases:
             name = os.path.splitext(os.path.basename(case["mesh"]))[0]
-            case_name = " ".join([case["boundary"], case["source"], name, case["medium"], "g%g" % case["g"],
+            case_name = " ".join([case["boundary"], case["source"], name, case["medium"],
+                                  "g%g" % case["g"],
                                   case["light"]])
             if bounces < 1024:
                 case_name += " %d bounces" % bounces

@@ -92,7 +92,7 @@ static void check(const char *what, struct dph_mesh mesh, double cell, int tight
             most = fmax(most, (distance - bound) / grid.cell);
         sum += bound / distance;
     }
-    printf("    %-24s %d x %d x %d cells, at most %.2f cells below, %.2f of the distance\n", what,
+    printf("    %-28s %d x %d x %d cells, at most %.2f cells below, %.2f of the distance\n", what,
            grid.size[0], grid.size[1], grid.size[2], most, sum / points);
     if (tightness)
         assert_true(most < tightness);
@@ -107,6 +107,7 @@ static void bounds_hold(void **state)
     check("sphere", make_sphere(1, 24, 12), .05, 4);
     check("sphere, finely", make_sphere(3, 48, 24), 0, 4);
     check("sphere, coarsely", make_sphere(1, 24, 12), .7, 4);
+    check("sphere, cells without limit", make_sphere(1, 24, 12), INFINITY, 4);
     check("box of 12 triangles", make_box(1, 2, 40, 1), .3, 4);
     struct dph_mesh shell = make_room(3000, 6000);
     add_sphere(&shell, 1, 24, 12, false);

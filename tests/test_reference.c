@@ -16,6 +16,7 @@
 
 #include "shapes.h"
 #include "trace/medium.h"
+#include "trace/walk.h"
 
 /* Sums for a mean and its standard error. */
 struct mean {
@@ -144,7 +145,7 @@ static void half_spaces_have_exact_values(void **state)
         {{.11523, .41495, .75272}, {.16014, .50794, .81514}, {.24172, .62934, .87751}},
         {{.28525, .53554, .91285}, {.36797, .62618, .93806}, {.49071, .73274, .96077}}};
     static const double st[3] = {1, 2, .7};
-    int count = UNDER_SANITIZER ? 3000 : 60000;
+    int count = UNDER_SANITIZER ? 3000 : 120000;
     struct dph_volume volume;
     for (int set = 0; set < 2; set++) {
         double ss[3], sa[3];
@@ -227,6 +228,66 @@ static void sphere_has_its_ballistic_share(void **state)
     dph_mesh_finish(&mesh);
 }
 
+static bool count_visit(void *user, const struct dph_walk *walk, struct dph_random *random,
+                        const double point[3], const double flight[3])
+{
+    int *count = user;
+    (void)walk, (void)random, (void)point, (void)flight;
+    ++*count;
+    return true;
+}
+
+/* Walks that start at a surface: the grid of clearances spares rays and changes nothing else;
+ * what is not absorbed leaves. */
+static void walks_leave(void **state)
+{
+    (void)state;
+    struct dph_mesh mesh = make_room(2000, 4000);
+    add_sphere(&mesh, 1, 24, 12, false);
+    add_sphere(&mesh, .4, 24, 12, true);
+    const double ss[3] = {8, 5, 6}, none[3] = {0, 0, 0}, sa[3] = {.1, .2, 3};
+    for (int absorbing = 0; absorbing < 2; absorbing++) {
+        struct dph_space space[2];
+        struct mean left[3] = {{0}};
+        int visits[2] = {0, 0};
+        dph_volume_init(&space[0].volume, ss, absorbing ? sa : none, .3);
+        assert_true(dph_space_init(&space[0], mesh.position, mesh.nvert, mesh.index, mesh.ntri, 0,
+                                   NULL));
+        space[1] = space[0];
+        space[1].clearance = (struct dph_clearance){0};
+        unsigned int before = dph_rays_enter();
+        for (uint64_t i = 0; i < (UNDER_SANITIZER ? 2000 : 50000); i++) {
+            double weight[2][3], flight[2][3];
+            for (int s = 0; s < 2; s++) {
+                struct dph_random random = dph_random_seed(11, absorbing, i);
+                struct dph_walk walk;
+                double point[3] = {0, 1 - 2 * space->margin, 0}; /* below a vertex */
+                const double inward[3] = {.3, -.9, sqrt(.1)};
+                memcpy(flight[s], inward, sizeof inward);
+                dph_walk_begin(&walk, &random);
+                enum dph_ending ending = dph_walk_run(&space[s], &walk, &random, false, point,
+                                                      flight[s], count_visit, &visits[s]);
+                assert_true(ending == DPH_ENDING_PLAIN || ending == DPH_ENDING_LEFT);
+                dph_walk_weight(&walk, &space->volume, weight[s]);
+                for (int c = 0; c < 3; c++)
+                    weight[s][c] *= ending == DPH_ENDING_LEFT;
+            }
+            assert_memory_equal(weight[0], weight[1], sizeof *weight);
+            assert_memory_equal(flight[0], flight[1], sizeof *flight);
+            for (int c = 0; c < 3; c++)
+                add(&left[c], weight[0][c]);
+        }
+        dph_rays_leave(before);
+        assert_int_equal(visits[0], visits[1]);
+        for (int c = 0; c < 3; c++)
+            if (!absorbing)
+                check("all walks leave", &left[c], 1, 1e-9, 1e-2);
+        assert_true(!absorbing || value(&left[2]) < .5 * value(&left[0]));
+        dph_space_finish(&space[0]);
+    }
+    dph_mesh_finish(&mesh);
+}
+
 /* A scene of a mesh, placed twice, the second time mirrored. */
 static struct dph_scene *stage(struct dph_mesh mesh, bool twice)
 {
@@ -239,7 +300,14 @@ static struct dph_scene *stage(struct dph_mesh mesh, bool twice)
         scene->ninstance = 2;
         instance[1] = (struct dph_instance){
             .body = 0, .matrix = {-.5f, 0, 0, 0, 0, 1, .3f, 0, 0, 0, .7f, 0, 1.9f, .4f, .2f, 1}};
-        scene->bounds[1][0] += 1.5;
+        const struct dph_mesh *body = &scene->body[0].mesh;
+        for (size_t i = 0; i < 3 * body->nvert; i++) {
+            const float *m = instance[1].matrix, *p = body->position + i / 3 * 3;
+            size_t k = i % 3;
+            double x = (double)(m[k] * p[0] + m[4 + k] * p[1] + m[8 + k] * p[2] + m[12 + k]);
+            scene->bounds[0][k] = fmin(scene->bounds[0][k], x);
+            scene->bounds[1][k] = fmax(scene->bounds[1][k], x);
+        }
     }
     return scene;
 }
@@ -368,7 +436,7 @@ static void boxes_have_published_values(void **state)
 {
     (void)state;
     double front = 1, behind = -1;
-    int samples = UNDER_SANITIZER ? 200 : 6000;
+    int samples = UNDER_SANITIZER ? 200 : 16000;
     struct dph_reference_options o = small_picture(4, 4, samples);
     o.camera = (struct dph_camera){0, 0, 4, .01};
     o.environment = one_side;
@@ -569,6 +637,34 @@ static void lights_have_pictures(void **state)
     dph_scene_destroy(scene);
 }
 
+/* What comes from a far light to a far camera does not change where they change places: the sum
+ * over the picture, for any bodies and any phase function. */
+static void light_and_camera_change_places(void **state)
+{
+    (void)state;
+    static const double place[2][2] = {{20, 10}, {130, -35}};
+    struct dph_scene *scene = stage(make_box(1, 2, 1.5, 1), true);
+    struct mean mean[2][3];
+    for (int k = 0; k < 2; k++) {
+        struct dph_reference_options o = small_picture(32, 32, UNDER_SANITIZER ? 4 : 200);
+        struct dph_light light = {.irradiance = {5, 5, 5}};
+        dph_light_direction(place[!k][0], place[!k][1], light.to_light);
+        o.light = &light, o.nlight = 1;
+        o.camera = (struct dph_camera){place[k][0], place[k][1], 1000, .126};
+        o.seed = (uint64_t)k + 1;
+        medium(&o, 3, .05, .6);
+        o.material.scattering[1] = 8;
+        o.material.absorption[2] = 1;
+        struct dph_reference picture = draw(scene, &o);
+        for (int c = 0; c < 3; c++)
+            mean[k][c] = whole(&picture, c);
+        dph_reference_finish(&picture);
+    }
+    for (int c = 0; c < 3; c++)
+        check("places changed", &mean[0][c], value(&mean[1][c]), deviation(&mean[1][c]), 2e-3);
+    dph_scene_destroy(scene);
+}
+
 static bool stop(void *user, double fraction)
 {
     (void)user, (void)fraction;
@@ -609,12 +705,14 @@ int main(void)
         cmocka_unit_test(half_spaces_have_exact_values),
         cmocka_unit_test(scattering_has_its_asymmetry),
         cmocka_unit_test(sphere_has_its_ballistic_share),
+        cmocka_unit_test(walks_leave),
         cmocka_unit_test(white_furnace),
         cmocka_unit_test(light_only_passes),
         cmocka_unit_test(boxes_have_published_values),
         cmocka_unit_test(discs_are_surroundings),
         cmocka_unit_test(pictures_repeat),
         cmocka_unit_test(lights_have_pictures),
+        cmocka_unit_test(light_and_camera_change_places),
         cmocka_unit_test(bad_requests_fail),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -124,7 +124,7 @@ static void mark(const struct dph_clearance *grid, const float *position, const 
         for (int z = range[2][0]; z <= range[2][1]; z++)
             for (int y = range[1][0]; y <= range[1][1]; y++) {
                 uint16_t *row =
-                    square + ((size_t)z * (size_t)grid->size[1] + (size_t)y) * (size_t)grid->size[0];
+                    square + ((ptrdiff_t)z * grid->size[1] + (ptrdiff_t)y) * grid->size[0];
                 for (int x = range[0][0]; x <= range[0][1]; x++) {
                     const double centre[3] = {x + .5, y + .5, z + .5};
                     if (row[x] && !apart(&axes, centre))
@@ -173,14 +173,14 @@ static void transform_plane(void *context, size_t plane, int worker)
                        stride[pass->axis], n[pass->axis]);
 }
 
-/* Lays the grid around the positions: cells of at least `cell`, and one cell of room on all sides. */
+/* Lays the grid around the positions: cells of about `cell`, and one cell of room on all sides. */
 static double lay(struct dph_clearance *grid, const double low[3], const double high[3],
                   double cell)
 {
     double largest = 0;
     for (int k = 0; k < 3; k++)
         largest = fmax(largest, high[k] - low[k]);
-    grid->cell = fmax(cell, largest / (MAX_SIDE - 3));
+    grid->cell = fmax(fmin(cell, largest), largest / (MAX_SIDE - 3));
     grid->cells = 1 / grid->cell;
     grid->unit = grid->cell / FINENESS;
     for (int k = 0; k < 3; k++) {
@@ -201,12 +201,11 @@ bool dph_clearance_init(struct dph_clearance *grid, const float *position, size_
         low[i % 3] = fmin(low[i % 3], (double)position[i]);
         high[i % 3] = fmax(high[i % 3], (double)position[i]);
     }
-    if (!npos || !(high[0] - low[0] + high[1] - low[1] + high[2] - low[2] < INFINITY))
+    double sides = high[0] - low[0] + high[1] - low[1] + high[2] - low[2];
+    if (!npos || !(sides > 0 && sides < INFINITY))
         return true; /* nothing there, or nothing that has a size: 0 everywhere */
     for (;; cell = 2 * grid->cell) { /* large triangles by the million: coarser */
         largest = lay(grid, low, high, cell);
-        if (!(largest > 0))
-            return grid->size[0] = 0, true;
         slack = 4e-6 * largest * grid->cells + 1e-9 * MAX_SIDE;
         if (grid->cell >= largest ||
             effort(grid, position, index, ntri, slack) <= 3e7 + 16 * (double)ntri)

@@ -1,7 +1,7 @@
 /* Chances for next-event estimation.
  *
- * A ray to a light costs as much as ten scatterings, and from most points of a dense body it brings
- * next to nothing. So it is cast by chance, and what it brings is divided by the chance. The variance
+ * A ray to a light costs as much as ten scatterings, and from most points of a dense body it
+ * brings next to nothing. So it is cast by chance, and what it brings is divided by the chance. The variance
  * at a given effort is least where chances follow the expected contribution. That is guessed from a
  * grid of the inside length towards each light: one ray from the centre of each cell, and then the
  * least length among a cell and its 26 neighbours, since too small a chance does more harm than

@@ -1,4 +1,4 @@
-/* trace/outlook.h - from where inside the bodies a light is worth asking for.      Tier 2, private. */
+/* trace/outlook.h - from where inside the bodies a light is worth asking for.  Tier 2, private. */
 #ifndef DPH_TRACE_OUTLOOK_H
 #define DPH_TRACE_OUTLOOK_H
 

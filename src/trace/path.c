@@ -2,15 +2,12 @@
  *
  * Matched boundary. A camera ray goes straight through; what is behind counts exp(-st S), S being
  * the length of the ray inside. The rest, 1 - exp(-st S), is a path whose first scattering lies on
- * the ray. At every scattering each light adds
+ * the ray and that goes on as walk.h says. At every scattering each light adds
  *
  *     w p(L) exp(-st S(x, L)) E                                      (next-event estimation)
  *
- * and the surroundings are added where the path leaves for good. A ray through gaps and several
- * bodies is marched along its parts inside, so that a path never starts on a surface. Flights are
- * short in dense media: a ray as long as the flight is asked first, and only where that meets a
- * surface the whole ray is gathered. Rays to lights do the same with four mean free paths, and of
- * those that find nothing (their light is below exp(-4)) one in ten goes on and counts tenfold.
+ * and the surroundings are added where the path leaves for good. Rays to lights are cast by chance
+ * (outlook.h), so that each has about the same to bring: see add_suns.
  *
  * Dielectric boundary. At a surface the path is reflected or refracted by chance with Fresnel's
  * share. Radiance over the square of the index is what stays the same across a boundary, and a path
@@ -32,7 +29,8 @@ static void advance(double point[3], const double direction[3], double length)
         point[k] += length * direction[k];
 }
 
-static void add_background(const struct dph_stage *stage, const double weight[3], double *radiance)
+static void add_background(const struct dph_stage *stage, const double weight[3],
+                           double *radiance)
 {
     for (int i = 0; i < 3 * stage->npicture; i++)
         radiance[i] += weight[i % 3] * stage->background[i % 3];
