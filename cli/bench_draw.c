@@ -394,6 +394,8 @@ done:
 
 int bench_draw(struct settings *settings)
 {
+    static const char *const files[] = {"chart.svg", "chart.png", "lights.svg", "lights.png",
+                                        "report.md", "results.json", NULL};
     int code = EXIT_DONE, count[MAX_COUNTS], ncount = 0, nplan = 0;
     unsigned methods = 0, brief = 0;
     struct dph_error err;
@@ -422,7 +424,7 @@ int bench_draw(struct settings *settings)
             plan_growth(&plan[nplan++], settings, methods & brief, growth_counts,
                         sizeof growth_counts / sizeof *growth_counts, true);
     }
-    if (settings->output && !make_folder(settings, settings->output)) {
+    if (settings->output && !folder_possible(settings, settings->output, files)) {
         free(run);
         return EXIT_OUTPUT;
     }
@@ -452,7 +454,8 @@ int bench_draw(struct settings *settings)
     if (code == EXIT_DONE && settings->json)
         print_draw_json(run, stdout);
     if (code == EXIT_DONE && settings->output)
-        code = save_draw_report(settings, run);
+        code = make_folder(settings, settings->output) ? save_draw_report(settings, run)
+                                                       : EXIT_OUTPUT;
     for (int i = 0; i < run->nresult; i++)
         free(run->result[i].row);
     dph_gl_destroy(gl);

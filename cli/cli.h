@@ -22,6 +22,7 @@ enum {
     EXIT_CAPABILITY = 3,
     EXIT_OUTPUT = 4,
     EXIT_TOLERANCE = 5,
+    EXIT_CANCELLED = 130, /* by Ctrl-C, as shells number it */
 };
 
 enum { MAX_INPUTS = 256, MAX_SIZES = 16, MAX_MATERIALS = 16 };
@@ -132,7 +133,10 @@ bool has_ending(const char *path, const char *ending);
 /* False, with a complaint, where an output cannot be written at `path`: found out before hours of
  * work, not after. */
 bool output_possible(const struct settings *settings, const char *path);
-/* Makes a folder where there is none. False: complained, it cannot be written to. */
+/* The same for a folder that is there or is to be made, and the names of its files (NULL after the
+ * last). */
+bool folder_possible(const struct settings *settings, const char *path, const char *const *file);
+/* Makes a folder where there is none; checked by folder_possible. False: complained. */
 bool make_folder(const struct settings *settings, const char *path);
 
 /* json.c (named emit_, since jansson has taken json_): one object on stdout, valid whatever
@@ -152,6 +156,7 @@ void emit_text(struct json *json, const char *key, const char *value); /* NULL g
 void emit_count(struct json *json, const char *key, size_t value);
 void emit_number(struct json *json, const char *key, double value);
 void emit_bool(struct json *json, const char *key, bool value);
+void emit_triple(struct json *json, const char *key, const double value[3]); /* an array */
 
 /* progress.c: a bar on stderr, on a terminal only and not with -q or --json. */
 struct progress {
@@ -162,6 +167,11 @@ struct progress {
 void progress_begin(struct progress *progress, const struct settings *settings, const char *label);
 bool progress_step(void *progress, double fraction); /* a dph_progress */
 void progress_end(struct progress *progress);
+
+/* interrupt.c: Ctrl-C is noted between the two instead of ending the program; no nesting */
+void interrupt_begin(void);
+bool interrupt_noted(void); /* since the last call */
+void interrupt_end(void);
 
 /* compression.c */
 /* What a vertex and a scene's tables take, of the body that takes most; sums of tables. */
@@ -210,6 +220,10 @@ bool bake_scene(const struct settings *settings, struct dph_scene *scene, bool m
 bool bake_rivals(const struct settings *settings, struct dph_scene *scene,
                  const struct dph_material *material, unsigned products,
                  struct dph_rivals_report *report, int *code);
+/* What the options say of each bake, without a material. */
+struct dph_scene_bake_params thickness_params(const struct settings *settings);
+struct dph_rivals_params rivals_params(const struct settings *settings);
+struct dph_scene_response_params response_params(const struct settings *settings);
 /* How --response-form, --bytes, --bands and --store want the response. */
 struct dph_response_params response_form(const struct settings *settings);
 /* Bakes the response, if it is in `products`, to --noise. */

@@ -11,14 +11,6 @@ static const char *const takes[] = {
     /* of the bake in memory, where the file is not baked */
     "bands", "directions", "thickness", "fit", "store", "clusters", "vectors", NULL};
 
-static void emit_triple(struct json *json, const char *key, const double value[3])
-{
-    emit_array(json, key);
-    for (int c = 0; c < 3; c++)
-        emit_number(json, NULL, value[c]);
-    emit_close(json, ']');
-}
-
 static void report(const struct settings *settings, const struct dph_material *fitted,
                    double before, double after, double seconds)
 {

@@ -6,14 +6,6 @@
 
 #include <math.h>
 
-static void emit_triple(struct json *json, const char *key, const double value[3])
-{
-    emit_array(json, key);
-    for (int c = 0; c < 3; c++)
-        emit_number(json, NULL, value[c]);
-    emit_close(json, ']');
-}
-
 static void emit_noise(struct json *json, const struct dph_noise *noise)
 {
     emit_object(json, "noise");

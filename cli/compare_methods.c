@@ -10,6 +10,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 /* --lights, by the camera. */
 static bool choose_lights(const struct settings *settings, struct dph_judge_params *params)
@@ -78,21 +79,14 @@ void judge_params(const struct settings *settings, struct dph_judge_params *para
     params->seed = (uint64_t)settings->seed;
     params->size_mm = settings->size_mm;
     params->study = settings->study;
-    params->bake.bake = settings->bake;
-    params->bake.store = settings->store;
-    params->bake.cpca.clusters = settings->cpca.clusters;
-    params->bake.cpca.vectors = settings->cpca.vectors;
-    params->rivals.bands =
-        settings->bake.bands < DPH_DRAW_BANDS ? settings->bake.bands : DPH_DRAW_BANDS;
-    params->rivals.directions = settings->bake.directions;
-    params->rivals.clusters = settings->cpca.clusters;
-    params->rivals.vectors = settings->cpca.vectors;
-    params->response.form = response_form(settings);
-    params->response.noise = settings->noise;
+    params->bake = thickness_params(settings);
+    params->rivals = rivals_params(settings);
+    params->response = response_params(settings);
     params->map_size = settings->map_size;
     params->blur_mm = settings->blur_mm;
     params->multisamples = settings->samples;
     params->threads = settings->threads;
+    params->most_bytes = (double)sysconf(_SC_PHYS_PAGES) * (double)sysconf(_SC_PAGE_SIZE);
 }
 
 static const char *entry_name(const struct dph_entry *entry, char text[80])
@@ -201,6 +195,7 @@ static int tolerate(const struct settings *settings, const struct dph_comparison
 
 int compare_methods(const struct settings *settings)
 {
+    static const char *const files[] = {"metrics.json", "comparison.png", "report.html", NULL};
     int code = EXIT_DONE;
     struct dph_error err;
     struct dph_material material[MAX_MATERIALS];
@@ -224,7 +219,7 @@ int compare_methods(const struct settings *settings)
         return EXIT_USAGE;
     if (!choose_materials(settings, material, &params.nmaterial, &code))
         return code;
-    if (!make_folder(settings, settings->output))
+    if (!folder_possible(settings, settings->output, files))
         return EXIT_OUTPUT;
     if (!(scene = load_scene(settings, settings->input[0], &code)))
         return code;
@@ -239,6 +234,10 @@ int compare_methods(const struct settings *settings)
         goto error;
     for (size_t i = 0; i < comparison->nwarning; i++)
         warn(settings, "%s", comparison->warning[i]);
+    if (!make_folder(settings, settings->output)) { /* not before: a refusal leaves none behind */
+        code = EXIT_OUTPUT;
+        goto done;
+    }
     if (!save_metrics(settings, comparison, &code) ||
         (code = compare_figures(settings, comparison)) != EXIT_DONE)
         goto done;

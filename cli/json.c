@@ -111,3 +111,11 @@ void emit_bool(struct json *json, const char *key, bool value)
     next(json, key);
     fputs(value ? "true" : "false", json->stream);
 }
+
+void emit_triple(struct json *json, const char *key, const double value[3])
+{
+    emit_array(json, key);
+    for (int c = 0; c < 3; c++)
+        emit_number(json, NULL, value[c]);
+    emit_close(json, ']');
+}

@@ -38,19 +38,43 @@ bool load_material(const struct settings *settings, const char *fallback,
     return true;
 }
 
-bool bake_scene(const struct settings *settings, struct dph_scene *scene, bool missing_only,
-                struct dph_scene_bake_report *report, int *code)
+struct dph_scene_bake_params thickness_params(const struct settings *settings)
 {
-    struct dph_error err;
-    struct dph_material material;
     struct dph_scene_bake_params params = dph_scene_bake_defaults();
-    struct progress progress;
     params.bake = settings->bake;
     params.bake.threads = settings->threads;
     params.store = settings->store;
     params.cpca.clusters = settings->cpca.clusters;
     params.cpca.vectors = settings->cpca.vectors;
     params.size_mm = settings->size_mm;
+    return params;
+}
+
+/* Vertices have room for so many bands. */
+static int drawn_bands(const struct settings *settings)
+{
+    return settings->bake.bands < DPH_DRAW_BANDS ? settings->bake.bands : DPH_DRAW_BANDS;
+}
+
+struct dph_rivals_params rivals_params(const struct settings *settings)
+{
+    struct dph_rivals_params params = dph_rivals_defaults();
+    params.size_mm = settings->size_mm;
+    params.bands = drawn_bands(settings);
+    params.directions = settings->bake.directions;
+    params.clusters = settings->cpca.clusters;
+    params.vectors = settings->cpca.vectors;
+    params.threads = settings->threads;
+    return params;
+}
+
+bool bake_scene(const struct settings *settings, struct dph_scene *scene, bool missing_only,
+                struct dph_scene_bake_report *report, int *code)
+{
+    struct dph_error err;
+    struct dph_material material;
+    struct dph_scene_bake_params params = thickness_params(settings);
+    struct progress progress;
     params.missing_only = missing_only;
     if (settings->material) {
         if (!load_material(settings, NULL, &material, code))
@@ -80,19 +104,13 @@ bool bake_rivals(const struct settings *settings, struct dph_scene *scene,
                  struct dph_rivals_report *report, int *code)
 {
     struct dph_error err;
-    struct dph_rivals_params params = dph_rivals_defaults();
+    struct dph_rivals_params params = rivals_params(settings);
     struct progress progress;
     *report = (struct dph_rivals_report){0};
     products &= ~(unsigned)(DPH_PRODUCT_THICKNESS | DPH_PRODUCT_RESPONSE);
     if (!products)
         return true;
     params.material = material;
-    params.size_mm = settings->size_mm;
-    params.bands = settings->bake.bands < DPH_DRAW_BANDS ? settings->bake.bands : DPH_DRAW_BANDS;
-    params.directions = settings->bake.directions;
-    params.clusters = settings->cpca.clusters;
-    params.vectors = settings->cpca.vectors;
-    params.threads = settings->threads;
     progress_begin(&progress, settings, "baking");
     params.progress = progress_step;
     params.progress_user = &progress;
@@ -103,13 +121,23 @@ bool bake_rivals(const struct settings *settings, struct dph_scene *scene,
     return ok;
 }
 
+struct dph_scene_response_params response_params(const struct settings *settings)
+{
+    struct dph_scene_response_params params = dph_scene_response_defaults();
+    params.size_mm = settings->size_mm;
+    params.noise = settings->noise;
+    params.form = response_form(settings);
+    params.threads = settings->threads;
+    return params;
+}
+
 struct dph_response_params response_form(const struct settings *settings)
 {
     struct dph_response_params form = dph_response_defaults();
     form.form = settings->response_form;
     if (settings->environment && !is_given(settings, "response-form"))
         form.form = DPH_RESPONSE_LINEAR; /* the root takes no surroundings */
-    form.bands = settings->bake.bands < DPH_DRAW_BANDS ? settings->bake.bands : DPH_DRAW_BANDS;
+    form.bands = drawn_bands(settings);
     form.store = settings->store;
     form.cpca.clusters = settings->cpca.clusters;
     form.cpca.vectors = settings->cpca.vectors;
@@ -126,16 +154,12 @@ bool bake_response(const struct settings *settings, struct dph_scene *scene,
                    struct dph_scene_response_report *report, int *code)
 {
     struct dph_error err;
-    struct dph_scene_response_params params = dph_scene_response_defaults();
+    struct dph_scene_response_params params = response_params(settings);
     struct progress progress;
     *report = (struct dph_scene_response_report){0};
     if (!(products & DPH_PRODUCT_RESPONSE))
         return true;
     params.material = material;
-    params.size_mm = settings->size_mm;
-    params.noise = settings->noise;
-    params.form = response_form(settings);
-    params.threads = settings->threads;
     progress_begin(&progress, settings, "random walks");
     params.progress = progress_step;
     params.progress_user = &progress;

@@ -4,21 +4,12 @@
 #include <diaphan/reference.h>
 
 #include <math.h>
-#include <signal.h>
 #include <string.h>
-
-static volatile sig_atomic_t interrupted;
-
-static void interrupt(int number)
-{
-    (void)number;
-    interrupted = 1;
-}
 
 static bool step(void *user, double fraction)
 {
     progress_step(user, fraction);
-    return !interrupted;
+    return !interrupt_noted();
 }
 
 /* Surroundings, by the pixel that a direction meets. */
@@ -136,13 +127,11 @@ int render_reference(const struct settings *settings, const struct dph_material 
     o.mm_per_unit = dph_scene_millimetres(scene, settings->size_mm);
     o.progress = step;
     o.progress_user = &progress;
-    interrupted = 0;
-    void (*before)(int) = signal(SIGINT, interrupt);
+    interrupt_begin();
     progress_begin(&progress, settings, "tracing");
     bool drawn = dph_reference_render(scene, &o, &reference, &err);
     progress_end(&progress);
-    if (before != SIG_ERR)
-        signal(SIGINT, before);
+    interrupt_end();
     if (!drawn || !dph_image_init(&image, o.width, o.height, &err))
         goto error;
     memcpy(image.pixel, reference.pixel,

@@ -74,6 +74,7 @@ int report_error(const struct settings *settings, const struct dph_error *err)
     case DPH_ERROR_ARGUMENT: return EXIT_USAGE;
     case DPH_ERROR_OUTPUT: return EXIT_OUTPUT;
     case DPH_ERROR_CAPABILITY: return EXIT_CAPABILITY;
+    case DPH_ERROR_CANCELLED: return EXIT_CANCELLED;
     default: return EXIT_INPUT; /* what the file holds, or is too large for this machine's memory */
     }
 }
@@ -118,15 +119,10 @@ bool has_ending(const char *path, const char *ending)
     return length > tail && strcasecmp(path + length - tail, ending) == 0;
 }
 
-bool output_possible(const struct settings *settings, const char *path)
+/* Whether a new file or folder can be made at `path`. */
+static bool parent_possible(const struct settings *settings, const char *path)
 {
     struct stat info;
-    if (stat(path, &info) == 0) {
-        if (!S_ISDIR(info.st_mode))
-            return true;
-        complain(settings, "%s: is a folder", path);
-        return false;
-    }
     char folder[4096];
     const char *slash = strrchr(path, '/');
     int length = !slash ? snprintf(folder, sizeof folder, ".")
@@ -142,17 +138,49 @@ bool output_possible(const struct settings *settings, const char *path)
     return true;
 }
 
-bool make_folder(const struct settings *settings, const char *path)
+bool output_possible(const struct settings *settings, const char *path)
+{
+    struct stat info;
+    if (stat(path, &info) == 0) {
+        if (!S_ISDIR(info.st_mode))
+            return true;
+        complain(settings, "%s: is a folder", path);
+        return false;
+    }
+    return parent_possible(settings, path);
+}
+
+bool folder_possible(const struct settings *settings, const char *path, const char *const *file)
 {
     struct stat info;
     const char *why = NULL;
-    if ((mkdir(path, 0777) && errno != EEXIST) || stat(path, &info))
-        why = strerror(errno);
-    else if (!S_ISDIR(info.st_mode))
+    char inside[4096];
+    if (stat(path, &info)) {
+        snprintf(inside, sizeof inside, "%s", path);
+        for (size_t n = strlen(inside); n > 1 && inside[n - 1] == '/'; n--)
+            inside[n - 1] = 0;
+        return parent_possible(settings, inside);
+    }
+    if (!S_ISDIR(info.st_mode))
         why = "is no folder";
     else if (access(path, W_OK | X_OK))
         why = strerror(errno);
-    if (why)
+    if (why) {
         complain(settings, "%s: %s", path, why);
-    return !why;
+        return false;
+    }
+    for (; *file; file++) {
+        snprintf(inside, sizeof inside, "%s/%s", path, *file);
+        if (!output_possible(settings, inside))
+            return false;
+    }
+    return true;
+}
+
+bool make_folder(const struct settings *settings, const char *path)
+{
+    if (mkdir(path, 0777) == 0 || errno == EEXIST)
+        return true;
+    complain(settings, "%s: %s", path, strerror(errno));
+    return false;
 }

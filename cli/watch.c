@@ -1,16 +1,6 @@
 /* The bar of the phase that is under way. */
 #include "watch.h"
 
-#include <signal.h>
-
-static volatile sig_atomic_t interrupted;
-
-static void interrupt(int number)
-{
-    (void)number;
-    interrupted = 1;
-}
-
 static bool step(void *user, enum dph_judge_phase phase, const char *material, double fraction)
 {
     struct watch *watch = user;
@@ -25,9 +15,7 @@ static bool step(void *user, enum dph_judge_phase phase, const char *material, d
         progress_begin(&watch->progress, watch->settings, watch->label);
     }
     progress_step(&watch->progress, fraction);
-    bool stop = interrupted;
-    interrupted = 0;
-    return !stop;
+    return !interrupt_noted();
 }
 
 void watch_begin(struct watch *watch, const struct settings *settings,
@@ -36,14 +24,12 @@ void watch_begin(struct watch *watch, const struct settings *settings,
     *watch = (struct watch){.settings = settings};
     params->progress = step;
     params->progress_user = watch;
-    interrupted = 0;
-    watch->before = signal(SIGINT, interrupt);
+    interrupt_begin();
 }
 
 void watch_end(struct watch *watch)
 {
     if (watch->begun)
         progress_end(&watch->progress);
-    if (watch->before != SIG_ERR)
-        signal(SIGINT, watch->before);
+    interrupt_end();
 }

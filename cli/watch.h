@@ -14,7 +14,6 @@ struct watch {
     const char *material;
     char label[96];
     bool begun;
-    void (*before)(int); /* what Ctrl-C did */
 };
 
 /* Puts itself into `params`; there is one watch at a time. */

@@ -159,6 +159,7 @@ struct dph_judge_params {
     int map_size;                 /* of green and green-gauss, as struct dph_frame; 1024 */
     double blur_mm;               /* -1 */
     int multisamples;             /* of drawing; 4 */
+    double most_bytes;            /* that the pictures of a comparison may take; 0: any number */
     int threads;                  /* 0: all */
     dph_judge_progress *progress; /* Nullable */
     void *progress_user;
@@ -189,7 +190,8 @@ struct dph_comparison {
  * scene's bodies are baked anew where they lack what a method needs for a material; afterwards
  * they have what they had, and what was baked last of what they had not. NULL:
  * DPH_ERROR_ARGUMENT (nothing to compare, a parameter out of its range, no pixel of the object in
- * view), _INPUT, _MEMORY, _CAPABILITY, _CANCELLED. */
+ * view), _LIMIT (more than most_bytes), both before the work; _INPUT, _MEMORY, _CAPABILITY,
+ * _CANCELLED. */
 struct dph_comparison *dph_comparison_create(struct dph_scene *scene,
                                              const struct dph_judge_params *params,
                                              const char *renderer, struct dph_error *err);

@@ -417,7 +417,8 @@ struct dph_comparison *dph_comparison_create(struct dph_scene *scene,
 {
     double start = dph_seconds();
     struct work work = {.scene = scene, .params = params};
-    if (!dph_judge_check(params, err))
+    if (!dph_judge_check(params, err) || !dph_judge_room(scene, params, err) ||
+        !dph_judge_look(scene, params, true, params->fit, err))
         return NULL;
     if (!(work.comparison = dph_alloc_zero(1, sizeof *work.comparison))) {
         dph_fail_memory(err);

@@ -61,8 +61,10 @@ bool dph_judge_fit(struct dph_scene *scene, const struct dph_judge_params *param
         return dph_fail(err, DPH_ERROR_ARGUMENT,
                         "%s takes no thickness: a material has nothing to fit for it",
                         method->name);
-    bool ok = !bakes || dph_variant_bake(&bake, scene, params, material, params->bake.bake.fit,
-                                         params->bake.bake.bands, &step, err);
+    bool ok = dph_judge_look(scene, params, false, true, err);
+    if (ok && bakes)
+        ok = dph_variant_bake(&bake, scene, params, material, params->bake.bake.fit,
+                              params->bake.bake.bands, &step, err);
     ok = ok && dph_training_trace(scene, params, mm_per_unit, material, &training, err);
     if (ok) {
         if (bakes)

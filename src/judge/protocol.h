@@ -1,7 +1,7 @@
 /* judge/protocol.h - the steps of a comparison, each a file of its own.      Tier 4, private.
  *
  * compare.c calls the others: variants.c bakes, truth.c traces, fit.c fits with solve.c, shots.c
- * draws and score.c scores. */
+ * draws and score.c scores. sight.c looks before all that whether it can succeed. */
 #ifndef DPH_JUDGE_PROTOCOL_H
 #define DPH_JUDGE_PROTOCOL_H
 
@@ -26,6 +26,15 @@ bool dph_judge_step_checked(struct dph_judge_step *step, double fraction, struct
 bool dph_judge_check(const struct dph_judge_params *params, struct dph_error *err);
 /* Whether a method is drawn by the formula of material.h. */
 bool dph_takes_thickness(const struct dph_method *method);
+
+/* sight.c: what is asked before the work */
+
+/* Whether the camera sees anything of the object, in pictures of the scored size, of the training's. */
+bool dph_judge_look(struct dph_scene *scene, const struct dph_judge_params *params, bool scored,
+                    bool training, struct dph_error *err);
+/* Whether the pictures of a comparison fit into params->most_bytes. */
+bool dph_judge_room(const struct dph_scene *scene, const struct dph_judge_params *params,
+                    struct dph_error *err);
 
 /* truth.c */
 

@@ -50,6 +50,16 @@ code=$?
 field '.reference.spp > 0 and .reference.spp < 16000000'
 grep -q 'stopped after' stderr || fail "says nothing of the samples: $(cat stderr)"
 
+# in another phase it ends the work and leaves nothing
+"$diaphan" compare box.obj -o cancelled --directions 65536 --methods prt --lights back -q >stdout 2>stderr &
+baker=$!
+sleep 1
+kill -INT $baker
+wait $baker
+code=$?
+[ $code = 130 ] || fail "cancelled: exit code $code: $(cat stderr)"
+[ ! -e cancelled ] || fail "cancelled, and a folder all the same"
+
 refuse 1 "'below' is none of front, side, back" compare box.obj -o no --lights below
 refuse 1 "twice" compare box.obj -o no --lights back,back
 refuse 1 "none of lambert" compare box.obj -o no --methods gold
@@ -57,9 +67,19 @@ refuse 1 "a quantity" compare box.obj -o no --methods thickness
 refuse 1 "unknown material" compare box.obj -o no --material gold
 touch file
 refuse 4 "file" compare box.obj -o file $quick
-refuse 4 "No such" compare box.obj -o nowhere/folder $quick
+refuse 4 "does not exist" compare box.obj -o nowhere/folder $quick
+mkdir -p taken/report.html
+refuse 4 "report.html: is a folder" compare box.obj -o taken
 [ ! -e no ] || fail "a folder in spite of a refusal"
 refuse 2 "missing.obj" compare missing.obj -o other
+# before the work, which would take minutes: a camera that looks past the object, pictures that no memory holds
+refuse 1 "does not see the object" compare box.obj -o other --camera 0,15,900000
+refuse 1 "does not see the object" fit box.obj -o no.json --camera 0,15,900000
+refuse 2 "the pictures take .* GB" compare box.obj -o other --resolution 32768x32768
+printf 'v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n' >nan.obj
+refuse 2 "nan.obj:2" compare nan.obj -o other
+refuse 2 "nan.obj:2" fit nan.obj -o no.json
+[ ! -e other ] || fail "a folder in spite of a refusal"
 
 # a fitted material is one that render takes
 expect 0 fit box.obj --size-mm 10 --directions 64 --spp 2 -o fitted.json --json
