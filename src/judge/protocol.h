@@ -29,7 +29,7 @@ bool dph_takes_thickness(const struct dph_method *method);
 
 /* sight.c: what is asked before the work */
 
-/* Whether the camera sees anything of the object, in pictures of the scored size, of the training's. */
+/* Whether the camera sees anything of the object: in pictures of the scored size, the training's. */
 bool dph_judge_look(struct dph_scene *scene, const struct dph_judge_params *params, bool scored,
                     bool training, struct dph_error *err);
 /* Whether the pictures of a comparison fit into params->most_bytes. */
