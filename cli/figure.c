@@ -2,6 +2,8 @@
 #define _POSIX_C_SOURCE 200809L
 #include "figure.h"
 
+#include "text.h"
+
 #include <diaphan/metrics.h>
 
 #include <math.h>
@@ -121,14 +123,25 @@ bool figure_picture(const struct dph_image *image, const struct figure_crop *cro
     return true;
 }
 
+/* Steps too small to be seen: a map is half as large as a PNG with them. */
+#define STEPS_OF_MAP 128.0F
+
 bool figure_map(const float *map, const struct dph_comparison *comparison,
                 const struct figure_crop *crop, int width, int height, struct dph_image *out,
                 struct dph_error *err)
 {
     struct dph_image whole;
-    if (!dph_image_init_magma(&whole, map, comparison->width, comparison->height, err))
+    size_t count = (size_t)comparison->width * (size_t)comparison->height;
+    float *steps = malloc(count * sizeof *steps);
+    if (!steps)
+        return text_fail(err, DPH_ERROR_MEMORY, "out of memory");
+    for (size_t i = 0; i < count; i++)
+        steps[i] = roundf(map[i] * STEPS_OF_MAP) / STEPS_OF_MAP;
+    bool ok = dph_image_init_magma(&whole, steps, comparison->width, comparison->height, err);
+    free(steps);
+    if (!ok)
         return false;
-    bool ok = figure_picture(&whole, crop, width, height, out, err);
+    ok = figure_picture(&whole, crop, width, height, out, err);
     dph_image_finish(&whole);
     return ok;
 }

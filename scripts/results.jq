@@ -121,9 +121,11 @@ def ranked($light; $fitted):
         + "lights. The protocol, and what each figure means, is in [theory.md](../../theory.md#judging-methods). "
         + "`scripts/results.sh` makes all that is in this folder, this page included; its figures and what is said of them are "
         + "computed from the `metrics.json` by `scripts/results.jq`.", "",
-    "    scripts/results.sh build/diaphan FOLDER_OF_MODELS docs/results/compare", "",
+    "    scripts/results.sh build/diaphan FOLDER_OF_MODELS docs/results/compare --methods "
+        + "\([$all[].method] | unique_in_order | join(","))", "",
     "which calls, in a folder with the models,", "",
-    ($runs[] | "    diaphan compare \(.input) -o \(.model)" + (.materials | map(" --material " + .name) | join(""))
+    ($runs[] | "    diaphan compare \(.input) -o \(.model) --methods \([.results[].method] | unique_in_order | join(","))"
+        + (.materials | map(" --material " + .name) | join(""))
         + " --size-mm \(.size_mm) --resolution \(.width)x\(.height) --spp \(.reference.spp)"
         + (if .reference.boundary == "matched" then "" else " --boundary " + .reference.boundary end)),
     "",
@@ -248,8 +250,8 @@ def errors:
         + "(Patro's normals replace the ordinary ones; Green moves vertices along a direction of 4 bytes).", "",
     ([$names[] | . as $n | [titled, (bytes($n), fetched_bytes($n) | fix(0)), (table_bytes($n) | thousands)]
         + ([true, false] | map(. as $f | error_row($n; $f; .rmse; 3) + [$rows | average($n; $f; .rmse) | fix(3)]) | add)]
-        | table(["method", "bytes a vertex", "as fetched", "tables and maps, bytes, up to"] + ($lights + ["all"] | map(. + ", fitted"))
-            + ($lights + ["all"] | map(. + ", as is")))), "";
+        | table(["method", "bytes a vertex", "as fetched", "tables and maps, bytes, up to"]
+            + ($lights + ["all"] | map(. + ", fitted")) + ($lights + ["all"] | map(. + ", as is")))), "";
 
 def by_kind($title; $kinds; field; $fitted):
     "### Error by \($title), \($fitted | numbers)", "",
