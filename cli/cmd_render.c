@@ -69,6 +69,20 @@ static void note_bands(const struct settings *settings, const struct dph_scene *
         }
 }
 
+/* A square cannot be cut. */
+static void note_root(const struct settings *settings, const struct dph_scene *scene)
+{
+    for (size_t b = 0; b < scene->nbody && settings->method->needs & DPH_PRODUCT_RESPONSE; b++) {
+        const struct dph_rivals *rivals = scene->body[b].rivals;
+        if (rivals && rivals->response && rivals->response->form == DPH_RESPONSE_ROOT &&
+            settings->use_bands > 0 && settings->use_bands < rivals->response->bands) {
+            warn(settings, "a response in its root form is drawn with all of its %d bands",
+                 rivals->response->bands);
+            return;
+        }
+    }
+}
+
 static bool needs_bake(const struct settings *settings, const struct dph_scene *scene)
 {
     bool missing = false;
@@ -196,6 +210,7 @@ static int run(struct settings *settings)
              response.seconds_bake + response.seconds_form);
     }
     note_bands(settings, scene);
+    note_root(settings, scene);
     struct dph_frame frame = frame_of(settings, &material, scene);
     frame.has_environment = asked.has_environment;
     memcpy(frame.environment, asked.environment, sizeof frame.environment);
@@ -244,11 +259,10 @@ const struct command command_render = {
              "from a body's centre (shsss)\n"
              "or from every point (green). Of a disc, shsss takes the mean thickness; lambert and "
              "green take its middle.\n"
-             "prt and prt-cpca take distant lights, discs and surroundings; they, and patro, are "
-             "baked in "
-             "memory unless\n"
-             "the file has them for this material and size (bake --for). --clusters 1 --vectors 24 "
-             "is the setting of the\n"
+             "prt and prt-cpca take distant lights, discs and surroundings; they, patro and response "
+             "are baked in\n"
+             "memory unless the file has them for this material and size (bake --for). response walks at random for a minute\n"
+             "or more; --env makes its form linear. --clusters 1 --vectors 24 is the setting of the "
              "DirectX sample.\n"
              "reference is path-traced on the CPU and needs neither a bake nor a driver; Ctrl-C "
              "keeps the samples so far.\n",

@@ -148,24 +148,32 @@ vec3 dph_lambert(DphMaterial m, vec3 normal, vec3 to_light, vec3 to_eye, vec3 ir
 }
 
 // The response: radiance per irradiance of light from one direction, front light included. The
-// vertex stage's sum is dph_thickness() with the values of dph_response_light(); the ramp's colours
-// lie in a texture of DPH_RAMP by 1 texels, filtered linearly.
+// vertex stage's sum is dph_thickness() with values that docs/theory.md describes; the ramp's colours
+// lie in a texture of DPH_RAMP texels, filtered linearly: of one dimension, which is read faster, or
+// in GLSL ES, which has none such, of DPH_RAMP by 1.
 #define DPH_RAMP 24.0
+#ifdef GL_ES
+#define DPH_RAMP_SAMPLER sampler2D
+#define DPH_RAMP_AT(u) vec2(u, 0.5)
+#else
+#define DPH_RAMP_SAMPLER sampler1D
+#define DPH_RAMP_AT(u) (u)
+#endif
 
 // `u`: root of the value, over that of the ramp's end
-vec3 dph_ramp(sampler2D ramp, float u)
+vec3 dph_ramp(DPH_RAMP_SAMPLER ramp, float u)
 {
-    return texture(ramp, vec2(u * ((DPH_RAMP - 1.0) / DPH_RAMP) + 0.5 / DPH_RAMP, 0.5)).rgb;
+    return texture(ramp, DPH_RAMP_AT(u * ((DPH_RAMP - 1.0) / DPH_RAMP) + 0.5 / DPH_RAMP)).rgb;
 }
 
 // Root form: the sum is the root.
-vec3 dph_response_root(sampler2D ramp, float sum)
+vec3 dph_response_root(DPH_RAMP_SAMPLER ramp, float sum)
 {
     return dph_ramp(ramp, abs(sum));
 }
 
 // Linear form, one light, or several of one hue that were summed before.
-vec3 dph_response_linear(sampler2D ramp, float sum)
+vec3 dph_response_linear(DPH_RAMP_SAMPLER ramp, float sum)
 {
     return dph_ramp(ramp, sqrt(max(sum, 0.0)));
 }
@@ -173,11 +181,21 @@ vec3 dph_response_linear(sampler2D ramp, float sum)
 // Linear form, several lights: `caused` is the sum of irradiance times sum, `irradiance` that of
 // irradiances. The hue is that of the mean value by luminance, and every channel gets as much as it
 // has caused; a value of 1e-4 is added to both so that black stays finite.
-vec3 dph_response_sum(sampler2D ramp, vec3 caused, vec3 irradiance)
+vec3 dph_response_sum(DPH_RAMP_SAMPLER ramp, vec3 caused, vec3 irradiance)
 {
     const vec3 luminance = vec3(0.2126, 0.7152, 0.0722);
     float value = max(dot(caused, luminance) / max(dot(irradiance, luminance), 1e-20), 0.0);
     return dph_ramp(ramp, sqrt(value)) * (max(caused, 0.0) + 1e-4 * irradiance) / (value + 1e-4);
+}
+
+// What a finer normal does to the response, per light, as a factor. The response knows the normals of
+// the vertices only; how a piece of surface is turned to the light changes what enters there.
+// `vertex_normal`: interpolated, not made unit length. The factor is the ratio of cosines, each
+// raised by a quarter, because light also comes from around; it is 1 where both look away. Meant for
+// normal maps: the methods here leave it out, since the normal that is interpolated adds little.
+float dph_response_detail(vec3 normal, vec3 vertex_normal, vec3 to_light)
+{
+    return (0.25 + max(dot(normal, to_light), 0.0)) / (0.25 + max(dot(vertex_normal, to_light), 0.0));
 }
 
 // Radiance caused by light of equal radiance from everywhere.

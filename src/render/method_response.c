@@ -70,14 +70,13 @@ void dph_stand_in_destroy(struct dph_stand_in *stand_in, size_t nbody)
 static bool upload_ramp(GLuint *texture, const struct dph_ramp *ramp)
 {
     glGenTextures(1, texture);
-    glBindTexture(GL_TEXTURE_2D, *texture);
-    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, DPH_RAMP_ENTRIES, 1, 0, GL_RGB, GL_FLOAT,
+    glBindTexture(GL_TEXTURE_1D, *texture);
+    glTexImage1D(GL_TEXTURE_1D, 0, GL_RGBA32F, DPH_RAMP_ENTRIES, 0, GL_RGB, GL_FLOAT,
                  ramp->color[0]);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-    glBindTexture(GL_TEXTURE_2D, 0);
+    glTexParameteri(GL_TEXTURE_1D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+    glTexParameteri(GL_TEXTURE_1D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+    glTexParameteri(GL_TEXTURE_1D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    glBindTexture(GL_TEXTURE_1D, 0);
     return *texture != 0;
 }
 
@@ -260,7 +259,7 @@ static void set_light(const struct dph_draw *draw, const struct dph_instance *in
     double top = (double)own->top[instance->body];
     if (i == 0) {
         glActiveTexture(GL_TEXTURE0);
-        glBindTexture(GL_TEXTURE_2D, own->ramp[instance->body]);
+        glBindTexture(GL_TEXTURE_1D, own->ramp[instance->body]);
     }
     if (i >= own->own) {
         struct dph_draw source = *draw;
@@ -324,7 +323,7 @@ static bool draw_response(struct dph_draw *draw, struct dph_error *err)
     if (in->form == DPH_RESPONSE_RGB)
         return (compressed ? &dph_method_prt_cpca : &dph_method_prt)->draw->draw(&own, err);
     bool ok = dph_draw_pass(&own, in->form == DPH_RESPONSE_ROOT ? &root : &linear, err);
-    glBindTexture(GL_TEXTURE_2D, 0);
+    glBindTexture(GL_TEXTURE_1D, 0);
     return ok;
 }
 
