@@ -46,7 +46,8 @@ static struct dph_scene *make_scene(void)
 static void bake(struct dph_scene *scene, enum dph_response_form form, int bands,
                  enum dph_store store, int clusters)
 {
-    struct dph_transfer t = {.npos = COUNT, .nvert = COUNT, .bands = 6, .channels = 3, .length = 108};
+    struct dph_transfer t = {
+        .npos = COUNT, .nvert = COUNT, .bands = 6, .channels = 3, .length = 108};
     struct dph_response_params params = dph_response_defaults();
     struct dph_error err = {0};
     uint32_t seed = 3;
@@ -59,8 +60,9 @@ static void bake(struct dph_scene *scene, enum dph_response_form form, int bands
         t.position_of[v] = COUNT - 1 - v;
         for (int i = 0; i < 108; i++)
             t.vector[v * 108 + (uint32_t)i] =
-                (i % 36 ? .3F * ((float)((seed = seed * 1664525U + 1013904223U) >> 8) / 0x1p24F - .5F)
-                        : 1) /
+                (i % 36
+                     ? .3F * ((float)((seed = seed * 1664525U + 1013904223U) >> 8) / 0x1p24F - .5F)
+                     : 1) /
                 (float)(1 + i % 36) / (float)(1 + i / 36);
     }
     params.form = form;
@@ -211,14 +213,17 @@ static void test_fit(void **unused)
     bool found;
     struct dph_scene *scene = make_scene();
     const struct dph_material *own = dph_material_preset(1), *other = dph_material_preset(2);
-    assert_false(dph_scene_rivals_fit(scene, DPH_PRODUCT_RESPONSE, own, 20, why, sizeof why, &found));
+    assert_false(
+        dph_scene_rivals_fit(scene, DPH_PRODUCT_RESPONSE, own, 20, why, sizeof why, &found));
     assert_false(found);
     bake(scene, DPH_RESPONSE_ROOT, 2, DPH_STORE_SNORM8, 0);
-    assert_true(dph_scene_rivals_fit(scene, DPH_PRODUCT_RESPONSE, own, 20, why, sizeof why, &found));
+    assert_true(
+        dph_scene_rivals_fit(scene, DPH_PRODUCT_RESPONSE, own, 20, why, sizeof why, &found));
     assert_false(
         dph_scene_rivals_fit(scene, DPH_PRODUCT_RESPONSE, other, 20, why, sizeof why, &found));
     assert_true(found && strstr(why, "another material"));
-    assert_false(dph_scene_rivals_fit(scene, DPH_PRODUCT_RESPONSE, own, 25, why, sizeof why, &found));
+    assert_false(
+        dph_scene_rivals_fit(scene, DPH_PRODUCT_RESPONSE, own, 25, why, sizeof why, &found));
     assert_non_null(strstr(why, "another size"));
     dph_scene_destroy(scene);
 }

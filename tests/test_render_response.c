@@ -1,5 +1,6 @@
-/* Drawing the baked response: spheres of which it is known, in all forms, in bodies that are turned,
- * mirrored and larger; what the vertex stage sums against the same on the CPU; many lights. */
+/* Drawing the baked response: spheres of which it is known, in all forms, in bodies that are
+ * turned, mirrored and larger; what the vertex stage sums against the same on the CPU; many lights.
+ */
 #include "gl_tests.h"
 #include "render_shapes.h"
 
@@ -36,8 +37,8 @@ static struct dph_transfer zonal_rows(const struct dph_mesh *mesh,
             for (int c = 0; c < 3; c++)
                 zonal[l][c] += 2 * PI * 2 / STEPS * color[c] * y[l * (l + 1)];
     }
-    struct dph_transfer t = {.npos = mesh->nvert, .nvert = mesh->nvert, .bands = 8, .channels = 3,
-                             .length = 192};
+    struct dph_transfer t = {
+        .npos = mesh->nvert, .nvert = mesh->nvert, .bands = 8, .channels = 3, .length = 192};
     t.vector = malloc(t.npos * t.length * sizeof *t.vector);
     t.area = malloc(t.npos * sizeof *t.area);
     t.position_of = malloc(t.nvert * sizeof *t.position_of);
@@ -58,8 +59,8 @@ static struct dph_transfer zonal_rows(const struct dph_mesh *mesh,
     return t;
 }
 
-static struct dph_scene *ball(void (*radial)(double mu, double color[3]), enum dph_response_form form,
-                              int bands, enum dph_store store)
+static struct dph_scene *ball(void (*radial)(double mu, double color[3]),
+                              enum dph_response_form form, int bands, enum dph_store store)
 {
     struct dph_scene *scene = scene_of(make_sphere(32, 1, nowhere), NULL);
     struct dph_error err = {0};
@@ -79,8 +80,8 @@ static struct dph_scene *ball(void (*radial)(double mu, double color[3]), enum d
     return scene;
 }
 
-/* The cosine between a direction and the normal of the unit sphere that pixel (x, y) of a picture of
- * side `side` sees from `eye` radii; false: it sees none, or its rim. */
+/* The cosine between a direction and the normal of the unit sphere that pixel (x, y) of a picture
+ * of side `side` sees from `eye` radii; false: it sees none, or its rim. */
 static bool cosine_at(int x, int y, int side, double eye, const double to_light[3], double *mu)
 {
     double scale = tan(35 * PI / 360) / (side / 2.0);
@@ -130,7 +131,8 @@ static void test_sphere(void **state)
                         glowing(mu, want);
                         for (int c = 0; c < 3; c++) {
                             double got = (double)pixel_at(&image, x, y)[c] / (1 + c);
-                            double most = .03 * want[c] + (stores[s] == DPH_STORE_CPCA ? .012 : .005);
+                            double most =
+                                .03 * want[c] + (stores[s] == DPH_STORE_CPCA ? .012 : .005);
                             if (!(fabs(got - want[c]) < most))
                                 fail_msg("%s, %s, turn %zu, mu %g, channel %d: %g, not %g",
                                          dph_response_form_name((enum dph_response_form)form),
@@ -182,8 +184,8 @@ static void add_light(struct dph_frame *frame, double azimuth, double elevation,
     dph_light_direction(azimuth, elevation, light->to_light);
 }
 
-/* Largest difference of two pictures of one sample a pixel: with several a triangle at the outline is
- * shaded at places beyond its edge, where the ramp ends and sums go on. */
+/* Largest difference of two pictures of one sample a pixel: with several a triangle at the outline
+ * is shaded at places beyond its edge, where the ramp ends and sums go on. */
 static double difference(const struct dph_scene *a, const struct dph_frame *first,
                          const struct dph_scene *b, const struct dph_frame *second)
 {

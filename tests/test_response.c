@@ -19,7 +19,8 @@ static void project_zonal(void (*radial)(double mu, double color[3]), double zon
 {
     enum { STEPS = 20000 };
     memset(zonal, 0, 8 * sizeof *zonal);
-    for (int k = 0; k < STEPS; k++) { /* of the band's Legendre polynomial, by its harmonic on the axis */
+    for (int k = 0; k < STEPS;
+         k++) { /* of the band's Legendre polynomial, by its harmonic on the axis */
         double mu = -1 + 2 * (k + .5) / STEPS, y[64], color[3];
         radial(mu, color);
         dph_sh_eval(8, (double[3]){sqrt(1 - mu * mu), 0, mu}, y);
@@ -38,8 +39,8 @@ static struct dph_transfer mixed_rows(const struct dph_mesh *mesh,
     double pure[2][8][3];
     project_zonal(radial, pure[0]);
     project_zonal(other, pure[1]);
-    struct dph_transfer t = {.npos = mesh->nvert, .nvert = mesh->nvert, .bands = 8, .channels = 3,
-                             .length = 192};
+    struct dph_transfer t = {
+        .npos = mesh->nvert, .nvert = mesh->nvert, .bands = 8, .channels = 3, .length = 192};
     t.vector = malloc(t.npos * t.length * sizeof *t.vector);
     t.area = malloc(t.npos * sizeof *t.area);
     t.position_of = malloc(t.nvert * sizeof *t.position_of);
@@ -72,8 +73,9 @@ static struct dph_transfer zonal_rows(const struct dph_mesh *mesh,
     return mixed_rows(mesh, radial, radial);
 }
 
-static struct dph_response *create(const struct dph_transfer *full, enum dph_response_form form, int bands,
-                                   enum dph_store store, struct dph_response_report *report)
+static struct dph_response *create(const struct dph_transfer *full, enum dph_response_form form,
+                                   int bands, enum dph_store store,
+                                   struct dph_response_report *report)
 {
     struct dph_error err = {0};
     struct dph_response_params params = dph_response_defaults();
@@ -96,11 +98,13 @@ static struct dph_transfer square_rows(const float *s, size_t npos, int n, const
     t.vector = calloc(npos * t.length, sizeof *t.vector);
     t.area = malloc(npos * sizeof *t.area);
     t.position_of = malloc(npos * sizeof *t.position_of);
-    double (*y)[64] = malloc(DIRECTIONS * sizeof *y), *sum = calloc(npos * 64, sizeof *sum);
+    double(*y)[64] = malloc(DIRECTIONS * sizeof *y), *sum = calloc(npos * 64, sizeof *sum);
     assert_true(direction && t.vector && t.area && t.position_of && y && sum);
     dph_sh_directions(DIRECTIONS, direction);
     for (int d = 0; d < DIRECTIONS; d++)
-        dph_sh_eval(8, (double[3]){(double)direction[3 * d], (double)direction[3 * d + 1], (double)direction[3 * d + 2]},
+        dph_sh_eval(8,
+                    (double[3]){(double)direction[3 * d], (double)direction[3 * d + 1],
+                                (double)direction[3 * d + 2]},
                     y[d]);
     for (size_t p = 0; p < npos; p++) {
         t.area[p] = 1;
@@ -151,7 +155,8 @@ static void squares_are_recovered(void **state)
         assert_true(report.error < 3e-3 && report.error_rgb < 3e-3);
         for (int k = 0; k < DPH_RAMP_ENTRIES; k++) /* grey */
             for (int c = 0; c < 3; c++)
-                assert_float_equal(r->ramp.color[k][c], r->ramp.top * (float)(k * k) / 529, 2e-3f * r->ramp.top);
+                assert_float_equal(r->ramp.color[k][c], r->ramp.top * (float)(k * k) / 529,
+                                   2e-3f * r->ramp.top);
         dph_response_destroy(r);
         dph_transfer_finish(&t);
     }
@@ -175,17 +180,22 @@ static void terminated(double mu, double color[3])
 
 /* No neighbour of the answer is nearer: the integral by quadrature at the coefficients that were
  * found, and with each of them changed a little. */
-static double cost_of(const struct dph_transfer *t, const float *s, int n, const float *direction, int count)
+static double cost_of(const struct dph_transfer *t, const float *s, int n, const float *direction,
+                      int count)
 {
     double cost = 0, y[64];
     for (int d = 0; d < count; d++) {
         double root = 0, f = 0;
-        dph_sh_eval(8, (double[3]){(double)direction[3 * d], (double)direction[3 * d + 1], (double)direction[3 * d + 2]}, y);
+        dph_sh_eval(8,
+                    (double[3]){(double)direction[3 * d], (double)direction[3 * d + 1],
+                                (double)direction[3 * d + 2]},
+                    y);
         for (int i = 0; i < n; i++)
             root += (double)s[i] * y[i];
         for (int i = 0; i < 64; i++)
             f += (.2126 * (double)t->vector[i] + .7152 * (double)t->vector[64 + i] +
-                  .0722 * (double)t->vector[128 + i]) * y[i];
+                  .0722 * (double)t->vector[128 + i]) *
+                 y[i];
         cost += (root * root - f) * (root * root - f) / count;
     }
     return cost;
@@ -227,8 +237,8 @@ static void thin(double mu, double color[3])
     color[2] = .5 * v;
 }
 
-/* More bands are nearer; with few of them the root is clearly ahead of the linear form, and the ramp,
- * which mends what is wrong everywhere alike, ahead of three channels without one. */
+/* More bands are nearer; with few of them the root is clearly ahead of the linear form, and the
+ * ramp, which mends what is wrong everywhere alike, ahead of three channels without one. */
 static void roots_beat_sums(void **state)
 {
     (void)state;
@@ -242,9 +252,10 @@ static void roots_beat_sums(void **state)
             dph_response_destroy(create(&t, DPH_RESPONSE_ROOT, bands, DPH_STORE_SNORM8, &root));
             dph_response_destroy(create(&t, DPH_RESPONSE_LINEAR, bands, DPH_STORE_SNORM8, &linear));
             dph_response_destroy(create(&t, DPH_RESPONSE_RGB, bands, DPH_STORE_SNORM8, &rgb));
-            print_message("%s, %d bands: root %.4f, linear %.4f, rgb %.4f; in colour %.4f, %.4f, %.4f\n",
-                          k ? "terminated" : "glowing", bands, root.error, linear.error, rgb.error,
-                          root.error_rgb, linear.error_rgb, rgb.error_rgb);
+            print_message(
+                "%s, %d bands: root %.4f, linear %.4f, rgb %.4f; in colour %.4f, %.4f, %.4f\n",
+                k ? "terminated" : "glowing", bands, root.error, linear.error, rgb.error,
+                root.error_rgb, linear.error_rgb, rgb.error_rgb);
             /* a cut in the light needs odd and even bands: one more may bring nothing */
             assert_true(root.error < 1.01 * before[0] && linear.error < 1.01 * before[1] &&
                         rgb.error < 1.01 * before[2]);
@@ -406,9 +417,12 @@ static void refusals(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(squares_are_recovered), cmocka_unit_test(answers_are_optimal),
-        cmocka_unit_test(roots_beat_sums),       cmocka_unit_test(ramps_give_colors),
-        cmocka_unit_test(forms_and_bytes),       cmocka_unit_test(bytes_do_not_depend_on_threads),
+        cmocka_unit_test(squares_are_recovered),
+        cmocka_unit_test(answers_are_optimal),
+        cmocka_unit_test(roots_beat_sums),
+        cmocka_unit_test(ramps_give_colors),
+        cmocka_unit_test(forms_and_bytes),
+        cmocka_unit_test(bytes_do_not_depend_on_threads),
         cmocka_unit_test(refusals),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

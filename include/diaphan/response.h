@@ -37,8 +37,8 @@ double dph_response_luminance(const double color[3]);
  * are interpolated along the root of the value; beyond the last one they stay. */
 #define DPH_RAMP_ENTRIES 24
 struct dph_ramp {
-    float top;                         /* > 0                                                      */
-    float color[DPH_RAMP_ENTRIES][3];  /* linear RGB, >= 0                                         */
+    float top;                         /* > 0                                                     */
+    float color[DPH_RAMP_ENTRIES][3];  /* linear RGB, >= 0                                        */
 };
 
 /* The colour of a value; what is below 0 counts as 0. */
@@ -46,13 +46,13 @@ void dph_ramp_color(const struct dph_ramp *ramp, double value, double color[3]);
 
 /* struct dph_response_params p = dph_response_defaults(); */
 struct dph_response_params {
-    enum dph_response_form form; /* DPH_RESPONSE_ROOT                                              */
-    int bands;                   /* 1 to DPH_DRAW_BANDS; 6                                         */
-    enum dph_store store;        /* DPH_STORE_SNORM8                                               */
+    enum dph_response_form form; /* DPH_RESPONSE_ROOT                                             */
+    int bands;                   /* 1 to DPH_DRAW_BANDS; 6                                        */
+    enum dph_store store;        /* DPH_STORE_SNORM8                                              */
     struct dph_cpca_params cpca; /* DPH_STORE_CPCA; its threads, portable and progress are not read */
-    int threads;                 /* 0: as many as there are processors; 0                          */
+    int threads;                 /* 0: as many as there are processors; 0                         */
     bool portable;               /* use no processor-specific code (the bytes are the same); false */
-    dph_progress *progress;      /* Nullable; NULL                                                 */
+    dph_progress *progress;      /* Nullable; NULL                                                */
     void *progress_user;
 };
 
@@ -73,11 +73,11 @@ struct dph_response {
     /* RGB as DPH_STORE_CPCA: all three channels of a position (3 x bands * bands) are one signal.
      * Else NULL. */
     struct dph_cpca *clusters;
-    uint32_t *position_of; /* (nvert) the signal of a vertex; NULL without clusters                 */
-    struct dph_ramp ramp;  /* forms of one channel                                                  */
+    uint32_t *position_of; /* (nvert) the signal of a vertex; NULL without clusters               */
+    struct dph_ramp ramp;  /* forms of one channel                                                */
     size_t nvert;
-    double noise;          /* of the bake, relative, as it estimated it; 0: not known               */
-    double walks;          /* of the bake, mean of a position; 0: not known                         */
+    double noise;          /* of the bake, relative, as it estimated it; 0: not known             */
+    double walks;          /* of the bake, mean of a position; 0: not known                       */
 };
 
 /* What happened. Errors are relative to the rows that it was made of: root of the mean square over
@@ -85,9 +85,9 @@ struct dph_response {
  * bands and packing lose, and no noise. */
 struct dph_response_report {
     size_t positions;
-    double error;            /* of the luminance                                                   */
-    double error_rgb;        /* of the three channels together                                     */
-    int iterations;          /* root: of the position that took most                               */
+    double error;            /* of the luminance                                                  */
+    double error_rgb;        /* of the three channels together                                    */
+    int iterations;          /* root: of the position that took most                              */
     double seconds_fit, seconds_store, seconds_ramp;
 };
 

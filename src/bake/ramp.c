@@ -12,12 +12,13 @@
  *     sum w (sum_k h_k(u) g_k - p)^2 + r sum_k (g_k - 3 g_k-1 + 3 g_k-2 - g_k-3)^2,
  *     w = weight / (v + e)^2,   g_k >= 0,
  *
- * v being the value that the vertex's own coefficients give for a direction, and p the colour of the
- * response that they are made from. The weight makes the error relative, down to e, a fiftieth of
- * the mean value, below which ringing and the noise of the bake are all there is. The second term
- * (r: 1e-4 of the mean diagonal of the equations) leads the curve on through entries without samples;
- * it is 0 for g = u^2 and its multiples, hence for a grey body. The 24 equations are solved by
- * Cholesky's method; colours that come out negative are held at 0, and the rest is solved again. */
+ * v being the value that the vertex's own coefficients give for a direction, and p the colour of
+ * the response that they are made from. The weight makes the error relative, down to e, a fiftieth
+ * of the mean value, below which ringing and the noise of the bake are all there is. The second
+ * term (r: 1e-4 of the mean diagonal of the equations) leads the curve on through entries without
+ * samples; it is 0 for g = u^2 and its multiples, hence for a grey body. The 24 equations are
+ * solved by Cholesky's method; colours that come out negative are held at 0, and the rest is solved
+ * again. */
 #include "bake/ramp.h"
 
 #include <math.h>
@@ -25,9 +26,9 @@
 
 enum { N = DPH_RAMP_ENTRIES };
 
-#define FLOOR .02
+#define FLOOR  .02
 #define SMOOTH 1e-4
-#define ANCHOR 1e-7 /* of grey, so that few samples leave nothing open                           */
+#define ANCHOR 1e-7 /* of grey, so that few samples leave nothing open */
 
 /* Which entries a value lies between, and its share of the second. */
 static int locate(double top, double value, double *share)

@@ -1,9 +1,9 @@
 /* The forms of a response: from RGB rows to what vertices hold.
  *
  * Rows are turned into one channel or cut to fewer bands, packed as thickness is, and compared with
- * what they were made from, in their packed state. The linear forms are plain cuts, which is the best
- * fit over the sphere since the basis is orthonormal; the square root has bake/root_kernel.c, the
- * colours of one channel bake/ramp.c. */
+ * what they were made from, in their packed state. The linear forms are plain cuts, which is the
+ * best fit over the sphere since the basis is orthonormal; the square root has bake/root_kernel.c,
+ * the colours of one channel bake/ramp.c. */
 #include <diaphan/response.h>
 
 #include "bake/ramp.h"
@@ -19,8 +19,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { BLOCK = 8, RAMP_POSITIONS = 4096, RAMP_DIRECTIONS = 128, ERROR_POSITIONS = 8192,
-       ERROR_DIRECTIONS = 96, MOST = DPH_MAX_BANDS * DPH_MAX_BANDS };
+enum {
+    BLOCK = 8,
+    RAMP_POSITIONS = 4096,
+    RAMP_DIRECTIONS = 128,
+    ERROR_POSITIONS = 8192,
+    ERROR_DIRECTIONS = 96,
+    MOST = DPH_MAX_BANDS * DPH_MAX_BANDS
+};
 
 static const char *const form_names[] = {"root", "linear", "rgb"};
 
@@ -78,8 +84,7 @@ static void cut_rows(const struct dph_transfer *full, int channel, int bands, fl
             double color[3] = {0};
             for (size_t c = 0; c < 3 && i < given; c++)
                 color[c] = (double)row[c * given + i];
-            out[p * n + i] =
-                (float)(channel < 0 ? dph_response_luminance(color) : color[channel]);
+            out[p * n + i] = (float)(channel < 0 ? dph_response_luminance(color) : color[channel]);
         }
     }
 }
@@ -209,7 +214,8 @@ static bool pack_rgb(const struct dph_transfer *full, const struct dph_response_
     if (!(response->clusters = compress(full, row, 3 * (int)n, params, err)))
         goto error;
     if (response->clusters->vectors > DPH_THICKNESS_MAX_VECTORS) {
-        dph_fail(err, DPH_ERROR_ARGUMENT, "%d vectors a cluster, a response is stored with at most %d",
+        dph_fail(err, DPH_ERROR_ARGUMENT,
+                 "%d vectors a cluster, a response is stored with at most %d",
                  response->clusters->vectors, DPH_THICKNESS_MAX_VECTORS);
         goto error;
     }
@@ -257,8 +263,8 @@ static double value_of(const struct dph_response *response, double sum)
     return response->form == DPH_RESPONSE_ROOT ? sum * sum : fmax(sum, 0);
 }
 
-static void color_of(const struct dph_response *response, const float *row, const double *y, int bands,
-                     double color[3])
+static void color_of(const struct dph_response *response, const float *row, const double *y,
+                     int bands, double color[3])
 {
     int n = response->bands * response->bands, used = bands * bands;
     if (response->form != DPH_RESPONSE_RGB) {
@@ -290,9 +296,10 @@ struct sampling {
     const uint32_t *vertex; /* (npos) a vertex of each position, UINT32_MAX: none */
     size_t stride;          /* every so many positions                            */
     int directions;
-    double *y;              /* (directions x MOST)                                */
+    double *y;                      /* (directions x MOST)                                */
     struct dph_ramp_sample *sample; /* ramp: (positions x directions)             */
-    double (*square)[4];    /* errors: (positions) sums of squares: luminance, its error, RGB, its error */
+    double (
+        *square)[4]; /* errors: (positions) sums of squares: luminance, its error, RGB, its error */
 };
 
 static void sample_position(void *context, size_t i, int worker)
@@ -314,10 +321,8 @@ static void sample_position(void *context, size_t i, int worker)
         if (s->sample) {
             int own = s->response->bands * s->response->bands;
             double value = area > 0 ? value_of(s->response, dot(row, y, own)) : 0;
-            s->sample[i * (size_t)s->directions + (size_t)d] =
-                (struct dph_ramp_sample){(float)value,
-                                         {(float)truth[0], (float)truth[1], (float)truth[2]},
-                                         (float)area};
+            s->sample[i * (size_t)s->directions + (size_t)d] = (struct dph_ramp_sample){
+                (float)value, {(float)truth[0], (float)truth[1], (float)truth[2]}, (float)area};
             continue;
         }
         if (area > 0)
@@ -420,8 +425,7 @@ static bool report_progress(const struct dph_response_params *params, double fra
 
 struct dph_response *dph_response_create(const struct dph_transfer *full,
                                          const struct dph_response_params *params,
-                                         struct dph_response_report *report,
-                                         struct dph_error *err)
+                                         struct dph_response_report *report, struct dph_error *err)
 {
     struct dph_response_report done = {.positions = full->npos};
     if (!check(full, params, err))
@@ -465,9 +469,9 @@ struct dph_response *dph_response_create(const struct dph_transfer *full,
     start = dph_seconds();
     struct sampling sampling = {.full = full, .response = response, .vertex = vertex};
     dph_ramp_fit(NULL, 0, &response->ramp);
-    if (full->npos && ((params->form != DPH_RESPONSE_RGB &&
-                        !fit_ramp(sampling, threads, &response->ramp, err)) ||
-                       !measure(sampling, threads, &done, err)))
+    if (full->npos &&
+        ((params->form != DPH_RESPONSE_RGB && !fit_ramp(sampling, threads, &response->ramp, err)) ||
+         !measure(sampling, threads, &done, err)))
         goto error;
     done.seconds_ramp = dph_seconds() - start;
     if (!report_progress(params, 1, err))

@@ -1,20 +1,20 @@
 /* The root form of a response: SH coefficients s whose sum, squared, fits a function f that is not
  * negative.
  *
- * What is minimised for every row is the integral over the sphere of (q - f)^2, q = (sum s_i y_i)^2.
- * A square needs half the degrees of what it stands for: s of n bands makes q of 2n - 1 bands, and
- * it has no light below 0 to cut off. Gauss and Newton's step with Levenberg's damping (K.
- * Levenberg, Quarterly of Applied Mathematics 2, 1944) has, with r = q - f,
+ * What is minimised for every row is the integral over the sphere of (q - f)^2, q = (sum s_i
+ * y_i)^2. A square needs half the degrees of what it stands for: s of n bands makes q of 2n - 1
+ * bands, and it has no light below 0 to cut off. Gauss and Newton's step with Levenberg's damping
+ * (K. Levenberg, Quarterly of Applied Mathematics 2, 1944) has, with r = q - f,
  *
  *     sum_j (4 integral q y_i y_j + d delta_ij) step_j = -2 sum_j (integral r y_i y_j) s_j.
  *
- * Both integrals are short sums, integral of u y_i y_j = sum_L G(i, j; L) u_L, with the coefficients
- * of sh/gaunt.c: exact, where quadrature over directions would be 40 times the work. The trace of
- * the matrix without damping is n^2 |s|^2 / pi, its mean diagonal |s|^2 / pi, which is what damping
- * is measured in. The fit starts from the projection of the root of f (what of f lies below 0, ringing
- * and noise, counts as 0), where the damping is small from the first step on; it ends where a step
- * gains less than 1e-5 of what is left. s and -s are the same answer, and the start makes the mean
- * positive.
+ * Both integrals are short sums, integral of u y_i y_j = sum_L G(i, j; L) u_L, with the
+ * coefficients of sh/gaunt.c: exact, where quadrature over directions would be 40 times the work.
+ * The trace of the matrix without damping is n^2 |s|^2 / pi, its mean diagonal |s|^2 / pi, which is
+ * what damping is measured in. The fit starts from the projection of the root of f (what of f lies
+ * below 0, ringing and noise, counts as 0), where the damping is small from the first step on; it
+ * ends where a step gains less than 1e-5 of what is left. s and -s are the same answer, and the
+ * start makes the mean positive.
  *
  * Eight rows share each operation; a row that has ended keeps its answer, so it does not depend on
  * its neighbours. */
@@ -34,8 +34,8 @@ enum {
 };
 
 #define DAMPING 1e-3f
-#define GAIN 1e-5f   /* of what is left: ends the fit                                            */
-#define SMALL 1e-30f /* keeps rows without light from dividing by 0                              */
+#define GAIN    1e-5f /* of what is left: ends the fit                                            */
+#define SMALL   1e-30f /* keeps rows without light from dividing by 0 */
 
 /* Lane by lane, since vectors have no root of their own. */
 static inline dph_f8 root_of(dph_f8 x)

@@ -8,9 +8,9 @@ enum { ROOT_DIRECTIONS = 128, ROOT_ITERATIONS = 24 };
 
 /* What all rows share. */
 struct dph_root_model {
-    int bands;         /* of the root                                                              */
-    int target_bands;  /* of the function                                                          */
-    struct dph_gaunt gaunt; /* of `bands`                                                          */
+    int bands;         /* of the root                                                             */
+    int target_bands;  /* of the function                                                         */
+    struct dph_gaunt gaunt; /* of `bands`                                                         */
     float *value;      /* (ROOT_DIRECTIONS x most * most) harmonics, most: the larger of both bands */
 };
 

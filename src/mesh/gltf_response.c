@@ -169,8 +169,8 @@ static bool read_weights(struct dph_document *doc, size_t first, size_t last, in
         const struct dph_gltf_part *part = &doc->part[p];
         if (!dph_gltf_read_weights(doc, part, "_RESPONSE_CPCA_", vectors,
                                    weight + part->first * row, err) ||
-            !dph_gltf_read_clusters(doc, part, "_RESPONSE_CLUSTER", clusters,
-                                    cluster + part->first, err))
+            !dph_gltf_read_clusters(doc, part, "_RESPONSE_CLUSTER", clusters, cluster + part->first,
+                                    err))
             return false;
     }
     return true;

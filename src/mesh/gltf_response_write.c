@@ -1,5 +1,5 @@
-/* glTF: writing a baked response: _RESPONSE_SH_i, or _RESPONSE_CPCA_i with _RESPONSE_CLUSTER, and its
- * description in extras.diaphan.response. Format: docs/file-format.md. */
+/* glTF: writing a baked response: _RESPONSE_SH_i, or _RESPONSE_CPCA_i with _RESPONSE_CLUSTER, and
+ * its description in extras.diaphan.response. Format: docs/file-format.md. */
 #include "mesh/gltf.h"
 
 #include <diaphan/rivals.h>
@@ -107,8 +107,7 @@ bool dph_gltf_add_response(struct dph_gltf_output *out, struct dph_gltf_slots *s
     if (t && t->store != DPH_STORE_CPCA) {
         product.type = type[t->store];
         product.stride = 4 * dph_store_size(t->store);
-        product.planes =
-            (size_t)t->components / 4 * (response->form == DPH_RESPONSE_RGB ? 3 : 1);
+        product.planes = (size_t)t->components / 4 * (response->form == DPH_RESPONSE_RGB ? 3 : 1);
         product.fill = fill_rows;
         return dph_gltf_add_product(out, slots, &product, strand, nstrand);
     }

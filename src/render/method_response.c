@@ -1,20 +1,20 @@
 /* response: the baked multiple-scattering response in the place of thickness.
  *
  * The vertex data and the vertex stage are those of shsss; what the vertices hold is what comes out
- * of the body instead of how long the way is (diaphan/response.h), so the fragment stage has nothing
- * to guess. The method is ours. Its ancestors are P.-P. Sloan, J. Hall, J. Hart, J. Snyder,
+ * of the body instead of how long the way is (diaphan/response.h), so the fragment stage has
+ * nothing to guess. The method is ours. Its ancestors are P.-P. Sloan, J. Hall, J. Hart, J. Snyder,
  * "Clustered principal components for precomputed radiance transfer", SIGGRAPH 2003, for the
- * transfer of a translucent body in spherical harmonics, and the cited paper for drawing it with nine
- * dot products.
+ * transfer of a translucent body in spherical harmonics, and the cited paper for drawing it with
+ * nine dot products.
  *
  *   root     a sum a light; its square is the value, whose colour is read from the ramp
- *   linear   the same without the square. Lights that need no direction of their own in the fragment
- *            stage are summed first: into one sum where all have the same hue, else into one a
- *            channel; so are the surroundings
+ *   linear   the same without the square. Lights that need no direction of their own in the
+ *            fragment stage are summed first: into one sum where all have the same hue, else into
+ *            one a channel; so are the surroundings
  *   rgb      transfer vectors: drawn by the methods prt and prt-cpca
  *
- * All of them draw with a renderer of their own, over a stand-in for the scene whose bodies have the
- * response where others have thickness or transfer vectors. */
+ * All of them draw with a renderer of their own, over a stand-in for the scene whose bodies have
+ * the response where others have thickness or transfer vectors. */
 #include "render/rival.h"
 
 #include "core/fail.h"
@@ -29,9 +29,9 @@
 #define Y00 .28209479177387814 /* the constant harmonic */
 
 struct dph_stand_in {
-    struct dph_scene scene;      /* of the bodies below; owns nothing else                        */
-    struct dph_body *body;       /* (nbody) like the scene's, with other thickness and rivals      */
-    struct dph_rivals *rivals;   /* (nbody) RGB only                                              */
+    struct dph_scene scene;    /* of the bodies below; owns nothing else                        */
+    struct dph_body *body;     /* (nbody) like the scene's, with other thickness and rivals     */
+    struct dph_rivals *rivals; /* (nbody) RGB only                                              */
     struct dph_renderer *renderer;
     GLuint *ramp;                /* (nbody) textures, 0: none                                     */
     float *top;                  /* (nbody) of the ramps                                          */
@@ -39,9 +39,9 @@ struct dph_stand_in {
     size_t bodies;               /* that have any triangles                                       */
 
     /* of the frame that is being drawn */
-    struct dph_frame frame;      /* its lights: `own` ones of the frame, then sums                */
-    struct dph_frame source;     /* all that is in the sums                                       */
-    int own, sums;               /* sums: 1 of all channels, or 3                                 */
+    struct dph_frame frame;  /* its lights: `own` ones of the frame, then sums                */
+    struct dph_frame source; /* all that is in the sums                                       */
+    int own, sums;           /* sums: 1 of all channels, or 3                                 */
     float incoming[3 * DPH_PRT_CHANNEL]; /* of the instance at hand, as dph_prt_light has it      */
 };
 
@@ -86,10 +86,8 @@ static bool make_transfer(struct dph_rivals *rivals, const struct dph_response *
 {
     struct dph_transfer *t = &rivals->transfer;
     size_t n = (size_t)(response->bands * response->bands);
-    *t = (struct dph_transfer){.nvert = response->nvert,
-                               .bands = response->bands,
-                               .channels = 3,
-                               .length = 3 * n};
+    *t = (struct dph_transfer){
+        .nvert = response->nvert, .bands = response->bands, .channels = 3, .length = 3 * n};
     if (!(t->position_of = dph_alloc(response->nvert, sizeof *t->position_of)))
         return dph_fail_memory(err);
     if (response->clusters) {
@@ -119,8 +117,8 @@ static bool fill_body(struct dph_stand_in *own, size_t i, const struct dph_body 
     if (!body->mesh.ntri || !body->mesh.nvert)
         return true;
     if (!response)
-        return dph_fail(err, DPH_ERROR_ARGUMENT, "pass response: body %zu ('%.60s') has no response",
-                        i, body->name);
+        return dph_fail(err, DPH_ERROR_ARGUMENT,
+                        "pass response: body %zu ('%.60s') has no response", i, body->name);
     if (response->nvert != body->mesh.nvert)
         return dph_fail(err, DPH_ERROR_ARGUMENT, "a response of %zu vertices for a mesh of %zu",
                         response->nvert, body->mesh.nvert);
@@ -138,7 +136,8 @@ static bool fill_body(struct dph_stand_in *own, size_t i, const struct dph_body 
     return make_transfer(&own->rivals[i], response, err);
 }
 
-static struct dph_stand_in *make_stand_in(const struct dph_renderer *renderer, struct dph_error *err)
+static struct dph_stand_in *make_stand_in(const struct dph_renderer *renderer,
+                                          struct dph_error *err)
 {
     const struct dph_scene *scene = renderer->scene;
     struct dph_stand_in *own = dph_alloc_zero(1, sizeof *own);
@@ -227,8 +226,8 @@ static bool plan_lights(struct dph_stand_in *own, const struct dph_frame *frame,
 /* Sum number k: a channel of all light in `source`, or all channels, which are alike. Of light that
  * comes from many directions nothing but its amount is known to the ramp: the integral of radiance,
  * which for a light far away is its irradiance. */
-static void light_sum(const struct dph_stand_in *own, int k, const struct dph_thickness *t, double top,
-                      struct dph_light_constants *light)
+static void light_sum(const struct dph_stand_in *own, int k, const struct dph_thickness *t,
+                      double top, struct dph_light_constants *light)
 {
     int n = t->bands * t->bands, padded = (n + 3) / 4 * 4, channel = k;
     double amount[3];
@@ -242,9 +241,8 @@ static void light_sum(const struct dph_stand_in *own, int k, const struct dph_th
         return;
     for (int l = 0; l < t->bands; l++)
         for (int i = l * l; i < (l + 1) * (l + 1); i++)
-            light->sh[i / 4][i % 4] =
-                (float)((double)own->incoming[channel * padded + i] * (double)t->scale[l] /
-                        (amount[channel] * top));
+            light->sh[i / 4][i % 4] = (float)((double)own->incoming[channel * padded + i] *
+                                              (double)t->scale[l] / (amount[channel] * top));
     for (int c = 0; c < 3; c++)
         light->irradiance[c] = own->sums == 1 || c == channel ? (float)amount[c] : 0;
 }
@@ -358,6 +356,6 @@ const struct dph_method dph_method_response = {
     .needs = DPH_PRODUCT_RESPONSE,
     .local_lights = true,
     .environment = true,
-    .draw = &(const struct dph_method_draw){
-        .stand_in = stand_in, .draw = draw_response, .cost = cost},
+    .draw =
+        &(const struct dph_method_draw){.stand_in = stand_in, .draw = draw_response, .cost = cost},
 };

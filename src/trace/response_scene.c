@@ -1,9 +1,9 @@
 /* The response of a whole scene: walks in every body, then a form of what they found. Lengths are
  * judged in the scene: a body with several instances by its largest one.
  *
- * A material's anisotropy goes into its scattering coefficient by the similarity relation, s' = (1 -
- * g) s, as everywhere but in the reference: after a few scatterings, and there are many, the two are
- * alike, and a medium that scatters evenly bakes much faster. */
+ * A material's anisotropy goes into its scattering coefficient by the similarity relation, s' = (1
+ * - g) s, as everywhere but in the reference: after a few scatterings, and there are many, the two
+ * are alike, and a medium that scatters evenly bakes much faster. */
 #include <diaphan/response_scene.h>
 
 #include "bake/prepare.h"
@@ -26,8 +26,7 @@ struct step {
 static bool pass_on(void *user, double fraction)
 {
     const struct step *step = user;
-    return step->params->progress(step->params->progress_user,
-                                  step->done + step->share * fraction);
+    return step->params->progress(step->params->progress_user, step->done + step->share * fraction);
 }
 
 static bool bake_body(const struct dph_body *body, const struct dph_scene_response_params *params,
@@ -71,8 +70,7 @@ static bool bake_body(const struct dph_body *body, const struct dph_scene_respon
     if (!rivals->response)
         return false;
     rivals->response->noise = walked.noise;
-    rivals->response->walks =
-        walked.positions ? walked.walks / (double)walked.positions : 0;
+    rivals->response->walks = walked.positions ? walked.walks / (double)walked.positions : 0;
     total->positions += walked.positions;
     total->walks += walked.walks;
     total->noise = fmax(total->noise, walked.noise);
@@ -83,7 +81,8 @@ static bool bake_body(const struct dph_body *body, const struct dph_scene_respon
     return true;
 }
 
-bool dph_scene_bake_response(struct dph_scene *scene, const struct dph_scene_response_params *params,
+bool dph_scene_bake_response(struct dph_scene *scene,
+                             const struct dph_scene_response_params *params,
                              struct dph_scene_response_report *report, struct dph_error *err)
 {
     struct dph_scene_response_report total = {.reached = true};
