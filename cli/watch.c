@@ -15,7 +15,10 @@ static bool step(void *user, enum dph_judge_phase phase, const char *material, d
         progress_begin(&watch->progress, watch->settings, watch->label);
     }
     progress_step(&watch->progress, fraction);
-    return !interrupt_noted();
+    if (!interrupt_noted())
+        return true;
+    watch->cut = watch->cut || phase == DPH_JUDGE_TRAINING;
+    return false;
 }
 
 void watch_begin(struct watch *watch, const struct settings *settings,
@@ -32,4 +35,6 @@ void watch_end(struct watch *watch)
     if (watch->begun)
         progress_end(&watch->progress);
     interrupt_end();
+    if (watch->cut)
+        warn(watch->settings, "stopped: the fit has learnt from the samples so far");
 }

@@ -14,6 +14,7 @@ struct watch {
     const char *material;
     char label[96];
     bool begun;
+    bool cut; /* tracing to fit was stopped */
 };
 
 /* Puts itself into `params`; there is one watch at a time. */

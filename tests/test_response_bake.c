@@ -191,7 +191,7 @@ static void white_furnace(void **state)
     add_sphere(&shell, 1, 24, 12, false);
     add_sphere(&shell, .8, 24, 12, true);
     struct dph_mesh mesh[4] = {make_box(1, 2, 1.5, 4), shell, two_sheets(2, .2, .02, 6),
-                               make_sphere(1, 64, 32)};
+                               make_sphere(1, 40, 20)};
     for (int m = 0; m < 4; m++) {
         struct dph_response_bake_params p = medium(3, 5, 8, 0);
         struct dph_response_bake_report r;
