@@ -183,7 +183,7 @@ def beside_prt:
       (if "prt-cpca" | IN($names[]) then
           ([$rows | duels("prt-cpca"; "prt"; $lights) | .own - .other | fabs] | max) as $gap
           | "* **Bytes**: compressed by CPCA, PRT has \(bytes("prt-cpca")) a vertex and a table of up to "
-            + "\(table_bytes("prt-cpca") | thousands) bytes, and its mean errors move by \($gap | fix(4)) at most"
+            + "\(table_bytes("prt-cpca") | thousands) bytes, and its mean errors move by less than \($gap + .00005 | fix(4))"
             + (if bytes("prt-cpca") < bytes($many)
                then ", so that SHSSS has no advantage in bytes over it (`--store cpca` compresses SHSSS likewise)" else "" end)
             + "."

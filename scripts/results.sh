@@ -5,7 +5,8 @@
 #     scripts/results.sh TOOL MODELS OUT [option of compare ...]
 #
 # MODELS is a folder with head.* and lucy.* (.obj, .ply, .glb or .stl):
-#   lucy  Stanford's scan with 100,000 triangles, closed: Data/lucy.ply of github.com/pyvista/vtk-data
+#   lucy  Stanford's scan with 100,000 triangles, closed: Data/lucy.ply of github.com/pyvista/vtk-data. She stands along z in it,
+#         and is turned here: a binary .ply that is tallest along z gets y for up. Other files are taken as they are
 #   head  Lee Perry-Smith's, CC BY 3.0: samples/media/LPSHead/head.obj of github.com/NVIDIAGameWorks/FaceWorks
 # The bunny is that of Debian's package glmark2-data unless MODELS has one; the candle is made here. Where a model is missing
 # nothing is done. An hour or more on two cores; `--spp 64` is quick, and a later option replaces an earlier one.
@@ -37,6 +38,27 @@ link_model lucy ""
 if [ -n "$missing" ]; then
     echo "$0: missing in $models:$missing; where they come from is said at the top of the script" >&2
     exit 2
+fi
+
+# to the camera, y is up: (x, y, z) becomes (-x, z, y), which lets her face the camera
+if [ -f "$work/lucy.ply" ]; then
+    perl -e '
+        local $/;
+        binmode STDIN;
+        binmode STDOUT;
+        my $file = <STDIN>;
+        my $float = "property float";
+        if ($file =~ /\A(ply\s+format binary_little_endian .*?element vertex (\d+)\n$float x\n$float y\n$float z\nelement face.*?end_header\n)/s) {
+            my ($start, $count) = (length $1, $2);
+            my @xyz = unpack "f<" . 3 * $count, substr $file, $start, 12 * $count;
+            my @size = map { my $axis = $_; my @sorted = sort { $a <=> $b } @xyz[map { 3 * $_ + $axis } 0 .. $count - 1];
+                             $sorted[-1] - $sorted[0] } 0 .. 2;
+            if ($size[2] > $size[1] && $size[2] > $size[0]) {
+                substr($file, $start, 12 * $count) = pack "f<*", map { -$xyz[3 * $_], @xyz[3 * $_ + 2, 3 * $_ + 1] } 0 .. $count - 1;
+            }
+        }
+        print $file' <"$work/lucy.ply" >"$work/turned"
+    mv "$work/turned" "$work/lucy.ply"
 fi
 "$tool" candle -o "$work/candle.obj" -q
 
