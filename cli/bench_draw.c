@@ -257,12 +257,32 @@ static bool measure_cell(const struct settings *settings, const struct bench_run
             .cell = *cell,
             .vertices = count_vertices(&group->view[i].scene, cell->indexed),
             .timing = timing[i],
+            .lambert_ms = timing[0].ms_median,
+            .drift = 1.0,
             .unshared_ratio = timing[i].ratio / unshared,
         };
         if (!dph_renderer_cost(group->renderer[i], &job[i].frame, &row[at].cost, err))
             return false;
     }
     return true;
+}
+
+/* Groups are measured one after the other, and a machine that does other things is slower in one
+ * than in the next. Their lamberts tell by how much: all times of a cell are brought to the fastest
+ * of them, so that bars side by side say what the ratios say. */
+static void level(struct bench_row *row, int count)
+{
+    double fastest = INFINITY;
+    for (int i = 0; i < count; i++)
+        fastest = fmin(fastest, row[i].lambert_ms);
+    for (int i = 0; i < count; i++) {
+        struct dph_timing *timing = &row[i].timing;
+        double drift = row[i].drift = fastest / row[i].lambert_ms;
+        timing->ms_median *= drift;
+        timing->ms_p05 *= drift;
+        timing->ms_p95 *= drift;
+        timing->cpu_ms *= drift;
+    }
 }
 
 /* Variants and cells of one part of the run: the matrix, or growth with the number of lights. */
@@ -305,6 +325,8 @@ static bool run_plan(const struct settings *settings, const struct bench_run *ru
             if (!ok)
                 return false;
         }
+        for (int i = c; i < next; i++)
+            level(row + i * plan->nvariant, plan->nvariant);
     }
     return true;
 }

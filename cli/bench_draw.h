@@ -28,7 +28,9 @@ struct bench_row {
     struct variant variant;
     struct cell cell;
     size_t vertices; /* in the buffers, all copies */
-    struct dph_timing timing; /* its ratio is to lambert in the same cell */
+    struct dph_timing timing; /* its ratio is to lambert in the same cell; times are scaled by `drift` */
+    double lambert_ms;        /* of the group's own lambert, as measured */
+    double drift;             /* what brings the group's times to the cell's fastest lambert, <= 1 */
     double unshared_ratio;    /* to lambert with unshared vertices, else in the same cell */
     struct dph_cost cost;
 };

@@ -185,7 +185,8 @@ static void write_report(FILE *stream, const struct settings *settings, const st
             run->repeat > 1 ? "ies" : "y", (settings->bake.directions + 1) & ~1);
     fprintf(stream,
             "* Every measurement: %g s at least, in up to %d turns with the others (lights: %d), "
-            "timed by %s; the lights turn before every frame; nothing is read back\n",
+            "timed by %s; the lights turn before every frame; nothing is read back; "
+            "times of a cell are scaled to the fastest of its lamberts\n",
             run->seconds_each, run->rounds, run->growth_rounds,
             run->result[0].row[0].timing.gpu ? "the GPU's timer"
                                              : "glFinish and a clock (the driver's timers do not "

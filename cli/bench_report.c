@@ -63,6 +63,7 @@ static void print_row(struct json *json, const struct bench_result *result,
     emit_number(json, "ms_p95", row->timing.ms_p95);
     emit_number(json, "fps", 1e3 / row->timing.ms_median);
     emit_number(json, "cpu_ms", row->timing.cpu_ms);
+    emit_number(json, "drift", row->drift);
     emit_number(json, "ratio_to_lambert", row->timing.ratio);
     emit_number(json, "ratio_to_unshared_lambert", row->unshared_ratio);
     emit_number(json, "bytes_per_vertex", row->cost.bytes_per_vertex);

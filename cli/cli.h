@@ -98,7 +98,7 @@ struct command {
 extern const struct command command_bake, command_bench, command_candle, command_compare,
     command_fit, command_info, command_render;
 
-/* options.c */
+/* arguments.c */
 void settings_init(struct settings *settings, const struct command *command);
 /* Parses argv[first..argc - 1]; complains and returns false. */
 bool settings_parse(struct settings *settings, int argc, char **argv, int first);
