@@ -123,7 +123,7 @@ def ranked($light; $fitted):
         + "computed from the `metrics.json` by `scripts/results.jq`.", "",
     "    scripts/results.sh build/diaphan FOLDER_OF_MODELS docs/results/compare --methods "
         + "\([$all[].method] | unique_in_order | join(","))", "",
-    "which calls, in a folder with the models,", "",
+    "which calls, in a folder with the models as it prepares them,", "",
     ($runs[] | "    diaphan compare \(.input) -o \(.model) --methods \([.results[].method] | unique_in_order | join(","))"
         + (.materials | map(" --material " + .name) | join(""))
         + " --size-mm \(.size_mm) --resolution \(.width)x\(.height) --spp \(.reference.spp)"
