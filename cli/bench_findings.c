@@ -235,8 +235,8 @@ static void write_behind(FILE *stream, const struct bench_result *result,
                 behind, pairs, lines);
     if (explained)
         fprintf(stream, "A fragment of prt-cpca takes over radiance that the vertices have; one of "
-                        "shsss turns thickness into transmittance, a polynomial and a quotient a channel, for every "
-                        "light.\n\n");
+                        "shsss turns thickness into transmittance, a polynomial and a quotient a "
+                        "channel, for every light.\n\n");
     free(lines);
 }
 
