@@ -5,38 +5,49 @@
 // listing drawn together).
 #include "frame.glsl"
 
-layout(location = 0) in vec3 a_position;
-layout(location = 1) in vec3 a_normal;
-
 #if DPH_VECTORS > 0
-#if DPH_BYTES == 4
-layout(location = 2) in vec4 a_coefficient[DPH_VECTORS];
-
-vec4 coefficient_at(int i)
-{
-    return a_coefficient[i];
-}
-#else
+// Rows of 32-bit words: the position's bits and word 0 of what is stored, the normal's and word 1,
+// and the other words, four an attribute. The first eight bytes come with what is fetched anyway.
 #ifdef DPH_CLUSTERED
 #define WORDS (DPH_VECTORS + 1)
 #else
 #define WORDS (DPH_VECTORS * DPH_BYTES)
 #endif
-// Signed integers as they are stored, four bytes or two shorts a word, the first in the lowest bits.
-// What makes them numbers up to 1 is in the light's values.
-layout(location = 2) in uvec4 a_word[(WORDS + 3) / 4];
+layout(location = 0) in uvec4 a_first;
+layout(location = 1) in uvec4 a_second;
+#define a_position uintBitsToFloat(a_first.xyz)
+#define a_normal uintBitsToFloat(a_second.xyz)
+#if WORDS > 2
+layout(location = 2) in uvec4 a_word[(WORDS + 1) / 4];
+#endif
 
+uint word_at(int i)
+{
+#if WORDS > 2
+    if (i > 1)
+        return a_word[(i - 2) / 4][(i - 2) % 4];
+#endif
+    return i > 0 ? a_second.w : a_first.w;
+}
+
+// Four components: floats, or signed integers, four bytes or two shorts a word, the first in the
+// lowest bits. What makes integers numbers up to 1 is in the light's values.
 vec4 coefficient_at(int i)
 {
-#if DPH_BYTES == 2
-    int low = int(a_word[i / 2][2 * i % 4]), high = int(a_word[i / 2][2 * i % 4 + 1]);
+#if DPH_BYTES == 4
+    return uintBitsToFloat(
+        uvec4(word_at(4 * i), word_at(4 * i + 1), word_at(4 * i + 2), word_at(4 * i + 3)));
+#elif DPH_BYTES == 2
+    int low = int(word_at(2 * i)), high = int(word_at(2 * i + 1));
     return vec4(ivec4(low << 16, low, high << 16, high) >> 16);
 #else
-    int word = int(a_word[i / 4][i % 4]);
+    int word = int(word_at(i));
     return vec4(ivec4(word << 24, word << 16, word << 8, word) >> 24);
 #endif
 }
-#endif
+#else
+layout(location = 0) in vec3 a_position;
+layout(location = 1) in vec3 a_normal;
 #endif
 
 #ifdef DPH_CLUSTERED
@@ -82,7 +93,7 @@ void main()
     float thickness[DPH_LIGHTS];
     for (int i = 0; i < DPH_LIGHTS; i++) {
 #ifdef DPH_CLUSTERED
-        ivec2 at = ivec2(i * (1 + DPH_VECTORS), int(a_word[DPH_VECTORS / 4][DPH_VECTORS % 4]));
+        ivec2 at = ivec2(i * (1 + DPH_VECTORS), int(word_at(DPH_VECTORS)));
         vec4 value[DPH_VECTORS];
         for (int j = 0; j < DPH_VECTORS; j++)
             value[j] = texelFetch(u_table, at + ivec2(1 + j, 0), 0);

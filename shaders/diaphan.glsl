@@ -94,16 +94,27 @@ float dph_thickness(vec4 coefficient[DPH_VECTORS], vec4 light[DPH_VECTORS])
 // x^2 here, which costs no exponential and needs no series near 0: its coefficients minimise the
 // largest error of the result over all media and thicknesses, which is below 5e-4
 // (dph_material_transmittance is exact).
+//
+// Of a medium that is known when this is compiled, 1 / T is a polynomial in d itself, with an error
+// below 2e-4: define DPH_SLAB_FIT as the seven vec3 of dph_material_fit, with commas. Even and odd
+// powers in pairs keep a processor with several units busier than Horner's scheme.
 vec3 dph_transmittance(DphMaterial m, float d)
 {
     d = max(d, 0.0);
     if (DPH_CURVE == DPH_CURVE_EXP)
         return exp(-m.rate * d);
+#ifdef DPH_SLAB_FIT
+    const vec3 c[7] = vec3[7](DPH_SLAB_FIT);
+    float s = d * d;
+    vec3 p = (c[0] + d * c[1]) + s * ((c[2] + d * c[3]) + s * ((c[4] + d * c[5]) + s * c[6]));
+    return min(1.0 / p, 1.0);
+#else
     vec3 w = m.offset + d, y = m.rate * w;
     y *= y;
     vec3 sinh_over_x =
         1.0 + y * (0.16575616 + y * (8.7985078e-3 + y * (1.3569344e-4 + y * 5.4375459e-6)));
     return min(m.numerator / (w * sinh_over_x), 1.0);
+#endif
 }
 
 // Highlight of a dielectric: normalised Blinn-Phong (the factor keeps its energy for every
@@ -130,7 +141,7 @@ vec3 dph_radiance(DphMaterial m, float thickness, vec3 normal, vec3 to_light, ve
     vec3 t = dph_transmittance(m, thickness);
     vec3 result = DPH_FORMULA == DPH_FORMULA_PAPER
                       ? m.front * max(mu, 0.0) + m.base * t
-                      : t * (m.base + abs(mu) * (mu > 0.0 ? m.front : m.back));
+                      : t * (m.base + m.front * max(mu, 0.0) + m.back * max(-mu, 0.0));
     if (dph_shines(m))
         result += dph_specular(m, normal, to_light, to_eye);
     if (DPH_RIM > 0.0)

@@ -172,6 +172,70 @@ static void test_curve_shape(void **state)
         }
 }
 
+/* The largest error of a fit, at thicknesses that are not those of the fitting, in floats. */
+static double fit_error(const struct dph_material_constants *k, const struct dph_material_fit *fit)
+{
+    double worst = 0;
+    for (int c = 0; c < 3; c++)
+        for (int i = 0; i < 4000; i++) {
+            float d = i ? k->offset[c] * (float)pow(10, -3 + 11 * (i / 4000.)) : 0, p = 0;
+            for (int j = DPH_FIT_TERMS; j-- > 0;)
+                p = p * d + fit->term[j][c];
+            double t = p > 0 ? fmin(1, 1 / (double)p) : 9;
+            worst = fmax(worst, fabs(t - dph_material_transmittance(k, c, (double)d)));
+        }
+    return worst;
+}
+
+/* In any medium the polynomial is as good as it says. */
+static void test_fit(void **state)
+{
+    (void)state;
+    struct dph_material_constants k;
+    struct dph_material_fit fit;
+    for (size_t i = 0; dph_material_preset(i); i++) {
+        dph_material_constants(dph_material_preset(i), &k);
+        if (!dph_material_fit(&k, &fit) || fit_error(&k, &fit) > 2e-4)
+            fail_msg("%s: %g, says %g", dph_material_preset(i)->name, fit_error(&k, &fit),
+                     fit.error);
+    }
+    static const double extinction[] = {1e-3, 1, 1e6}, absorbed[] = {0, 1e-4, 1e-3, .01, .03, .4, 1};
+    struct dph_material material = *dph_material_preset(0);
+    for (size_t e = 0; e < 3; e++)
+        for (size_t a = 0; a < 7; a++) {
+            for (int c = 0; c < 3; c++) {
+                material.absorption[c] = extinction[e] * pow(absorbed[a], 1 + .1 * c);
+                material.scattering[c] = extinction[e] - material.absorption[c];
+            }
+            dph_material_constants(&material, &k);
+            if (!dph_material_fit(&k, &fit) || fit_error(&k, &fit) > 2e-4 || fit.error > 2e-4)
+                fail_msg("extinction %g, absorbed %g: %g, says %g", extinction[e], absorbed[a],
+                         fit_error(&k, &fit), fit.error);
+        }
+    /* next to no absorption, and so thin media that floats do not reach the sixth power of their
+     * millimetres: it says no, or has a fit all the same */
+    for (double thin = 1e-9; thin < 10; thin *= 1.7)
+        for (int c = 0; c <= 10; c++) {
+            for (int j = 0; j < 3; j++) {
+                material.absorption[j] = thin * pow(10, -c);
+                material.scattering[j] = thin - material.absorption[j];
+            }
+            dph_material_constants(&material, &k);
+            if (dph_material_fit(&k, &fit))
+                assert_true(fit.error <= 1e-3 && fit_error(&k, &fit) <= 1.1e-3);
+            else
+                assert_true(fit.error > 1e-3);
+        }
+    material.scattering[0] = material.absorption[0] = 0; /* nothing is lost in it */
+    dph_material_constants(&material, &k);
+    k.rate[1] = k.rate[2] = 0;
+    k.offset[1] = k.offset[2] = 1;
+    k.numerator[1] = k.numerator[2] = 1e30F;
+    assert_true(dph_material_fit(&k, &fit) && fit.term[0][0] == 1 && fit.term[1][0] == 0);
+    k.curve = DPH_CURVE_EXP;
+    assert_false(dph_material_fit(&k, &fit));
+}
+
 static void test_constants(void **state)
 {
     (void)state;
@@ -292,8 +356,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_presets),   cmocka_unit_test(test_medium),
         cmocka_unit_test(test_slab),      cmocka_unit_test(test_curve_shape),
-        cmocka_unit_test(test_constants), cmocka_unit_test(test_file),
-        cmocka_unit_test(test_bad_files),
+        cmocka_unit_test(test_fit),       cmocka_unit_test(test_constants),
+        cmocka_unit_test(test_file),      cmocka_unit_test(test_bad_files),
     };
     return cmocka_run_group_tests(tests, make_file, remove_file);
 }

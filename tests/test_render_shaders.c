@@ -73,7 +73,9 @@ static void test_public_include(void **state)
 {
     (void)state;
     static const char *const heads[] = {
-        "#version 330 core\n", "#version 300 es\nprecision highp float;\n", "#version 450 core\n"};
+        "#version 330 core\n", "#version 300 es\nprecision highp float;\n", "#version 450 core\n",
+        ("#version 300 es\nprecision highp float;\n#define DPH_SLAB_FIT vec3(1.0),vec3(1.0),"
+         "vec3(1.0),vec3(1.0),vec3(1.0),vec3(1.0),vec3(1.0)\n")};
     static const char body[] =
         "uniform DphMaterial m;\nuniform vec4 y[DPH_VECTORS];\nuniform vec3 a, b, c;\n"
         "layout(location = 0) out vec4 o;\n"

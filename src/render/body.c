@@ -1,8 +1,10 @@
 /* A body's buffers: a row a vertex, position and normal and what is stored of thickness behind them.
  *
- * Coefficients go to the GPU as the bake packed them. Integers are fetched as words, four words an
- * attribute, and taken apart by the vertex stage: an attribute costs about as much for sixteen bytes
- * as for four, and none of them has to be turned into a number of its own before the stage begins.
+ * Coefficients go to the GPU as the bake packed them, in words of four bytes, four words an attribute,
+ * and are taken apart by the vertex stage: an attribute costs about as much for sixteen bytes as for
+ * four, and none of them has to be turned into a number of its own before the stage begins. For the
+ * same reason the first two words ride behind position and normal, which would be three words
+ * otherwise: four coefficients of a byte cost no attribute at all.
  * The scale of each band is in the light's values already. A body without normals is flat, so its
  * corners become vertices of their own with the normal of their face; a renderer that is asked not
  * to share vertices does the same to all bodies; all others are put in order first (order.c). */
@@ -80,11 +82,11 @@ void dph_gpu_rows_upload(struct dph_gpu_rows *rows, const struct dph_gpu_body *g
     }
 }
 
-void dph_gpu_rows_words(size_t words, GLenum type, size_t extra)
+void dph_gpu_rows_words(size_t words, size_t first, GLenum type, size_t extra)
 {
     const GLsizei stride = (GLsizei)(DPH_ROW + extra);
-    for (size_t i = 0; i < words; i += 4) {
-        GLuint location = (GLuint)(DPH_EXTRA + i / 4);
+    for (size_t i = first; i < words; i += 4) {
+        GLuint location = (GLuint)(DPH_EXTRA + (i - first) / 4);
         GLint size = words - i < 4 ? (GLint)(words - i) : 4;
         const void *offset = (const void *)(uintptr_t)(DPH_ROW + 4 * i);
         glEnableVertexAttribArray(location);
@@ -116,6 +118,14 @@ static void avoid_lowest(unsigned char *row, size_t components, size_t size)
     }
 }
 
+/* Puts words into a row of position and normal: one behind each, the others behind both. */
+static void weave(unsigned char *row, const unsigned char *words, size_t extra)
+{
+    memmove(row + 16, row + 12, 12);
+    memcpy(row + 12, words, 4);
+    memcpy(row + 28, words + 4, extra - 4);
+}
+
 /* What is stored of thickness, the number of the cluster behind weights. */
 static bool upload_baked(struct dph_gpu_body *gpu, const struct dph_mesh *mesh,
                          const struct dph_thickness *thickness, struct dph_error *err)
@@ -129,21 +139,25 @@ static bool upload_baked(struct dph_gpu_body *gpu, const struct dph_mesh *mesh,
     if (clustered && !dph_clusters_init(gpu, thickness, err))
         return false;
     const size_t drawn = 4 * size * (size_t)gpu->vectors, extra = drawn + (clustered ? 4 : 0);
+    unsigned char words[4 * 4 * DPH_MAX_VECTORS + 4];
     unsigned char *data = dph_gpu_rows_fill(gpu, mesh, extra, err);
     if (!data)
         return false;
     for (size_t r = 0; r < gpu->nvert; r++) {
         size_t v = dph_gpu_vertex(gpu, mesh, r);
-        unsigned char *row = data + r * (DPH_ROW + extra) + DPH_ROW;
-        memcpy(row, (const char *)thickness->data + v * stored, drawn);
-        avoid_lowest(row, drawn / size, size);
+        memcpy(words, (const char *)thickness->data + v * stored, drawn);
+        avoid_lowest(words, drawn / size, size);
         if (clustered) {
             uint32_t cluster = thickness->cluster[v];
-            memcpy(row + drawn, &cluster, sizeof cluster);
+            memcpy(words + drawn, &cluster, sizeof cluster);
         }
+        weave(data + r * (DPH_ROW + extra), words, extra);
     }
     dph_gpu_rows_upload(&gpu->baked, gpu, data, extra);
-    dph_gpu_rows_words(extra / 4, size == 4 ? GL_FLOAT : GL_UNSIGNED_INT, extra);
+    const GLsizei stride = (GLsizei)(DPH_ROW + extra);
+    glVertexAttribIPointer(0, 4, GL_UNSIGNED_INT, stride, NULL);
+    glVertexAttribIPointer(1, extra > 4 ? 4 : 3, GL_UNSIGNED_INT, stride, (const void *)16);
+    dph_gpu_rows_words(extra / 4, 2, GL_UNSIGNED_INT, extra);
     return true;
 }
 

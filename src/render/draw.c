@@ -39,7 +39,7 @@ static struct dph_material_constants key_of(const struct dph_material_constants 
 static void put_floats(char *text, size_t size, const char *name, const float *x, int n)
 {
     size_t at = strlen(text);
-    at += (size_t)snprintf(text + at, size - at, ",%s(", name);
+    at += (size_t)snprintf(text + at, size - at, "%s(", name);
     for (int i = 0; i < n; i++) {
         uint32_t bits;
         memcpy(&bits, x + i, sizeof bits);
@@ -49,16 +49,24 @@ static void put_floats(char *text, size_t size, const char *name, const float *x
     snprintf(text + at, size - at, ")");
 }
 
-/* The define that makes a material a constant, see material.glsl; members in their order. */
+/* The defines that make a material a constant, see material.glsl, and its curve a polynomial;
+ * members in their order. */
 static void define_material(char *text, size_t size, const struct dph_material_constants *m)
 {
     const float *triple[] = {m->rate, m->offset, m->numerator, m->base, m->front, m->back, m->albedo};
     const float single[] = {m->specular, m->shininess, m->f0, m->rim, m->rim_power, m->ambient};
     snprintf(text, size, "#define DPH_MATERIAL %d,%d", m->formula, m->curve);
     for (size_t i = 0; i < sizeof triple / sizeof *triple; i++)
-        put_floats(text, size, "vec3", triple[i], 3);
+        put_floats(text, size, ",vec3", triple[i], 3);
     for (size_t i = 0; i < sizeof single / sizeof *single; i++)
-        put_floats(text, size, "float", single + i, 1);
+        put_floats(text, size, ",float", single + i, 1);
+    struct dph_material_fit fit;
+    if (dph_material_fit(m, &fit)) {
+        size_t at = strlen(text);
+        snprintf(text + at, size - at, "\n#define DPH_SLAB_FIT ");
+        for (int i = 0; i < DPH_FIT_TERMS; i++)
+            put_floats(text, size, i ? ",vec3" : "vec3", fit.term[i], 3);
+    }
     strcat(text, "\n"); /* there is room: see the caller */
 }
 
@@ -102,7 +110,7 @@ struct dph_program *dph_draw_program(const struct dph_draw *draw, const struct d
         return NULL;
     }
     *v = wanted;
-    char defines[2048], material[1280] = ""; /* 27 floats of at most 28 letters */
+    char defines[2560], material[2048] = ""; /* 48 floats of at most 28 letters, 14 names */
     if (v->compiled)
         define_material(material, sizeof material, &v->material);
     snprintf(defines, sizeof defines,

@@ -62,9 +62,9 @@ unsigned char *dph_gpu_rows_fill(const struct dph_gpu_body *gpu, const struct dp
 /* Uploads and frees them; the array stays bound for attributes to be added. */
 void dph_gpu_rows_upload(struct dph_gpu_rows *rows, const struct dph_gpu_body *gpu,
                          unsigned char *data, size_t extra);
-/* Attributes from DPH_EXTRA on that hold `words` words of the extra bytes, four each: floats, or
- * bits that the vertex stage takes apart. */
-void dph_gpu_rows_words(size_t words, GLenum type, size_t extra);
+/* Attributes from DPH_EXTRA on that hold `words` words of the extra bytes without the `first` ones,
+ * four each: floats, or bits that the vertex stage takes apart. */
+void dph_gpu_rows_words(size_t words, size_t first, GLenum type, size_t extra);
 void dph_gpu_rows_finish(struct dph_gpu_rows *rows);
 
 /* Makes the plain rows, if they are not there. False: DPH_ERROR_MEMORY, _CAPABILITY. */

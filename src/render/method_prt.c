@@ -49,7 +49,7 @@ static bool make(struct dph_rival_body *prt, const struct dph_gpu_body *gpu,
             memcpy(data + 4 * (p * texels + c * texels / 3), transfer->vector + (3 * p + c) * n,
                    n * sizeof *data);
     dph_gpu_rows_upload(&prt->rows, gpu, row, sizeof(uint32_t));
-    dph_gpu_rows_words(1, GL_UNSIGNED_INT, sizeof(uint32_t));
+    dph_gpu_rows_words(1, 0, GL_UNSIGNED_INT, sizeof(uint32_t));
     glDeleteBuffers(1, &prt->buffer);
     glDeleteTextures(1, &prt->texture);
     glGenBuffers(1, &prt->buffer);

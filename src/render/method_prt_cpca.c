@@ -43,7 +43,7 @@ static bool make(struct dph_rival_body *prt, const struct dph_gpu_body *gpu,
         memcpy(row + padded, &cpca->cluster[p], sizeof cpca->cluster[p]);
     }
     dph_gpu_rows_upload(&prt->rows, gpu, data, extra);
-    dph_gpu_rows_words(extra / 4, GL_UNSIGNED_INT, extra);
+    dph_gpu_rows_words(extra / 4, 0, GL_UNSIGNED_INT, extra);
     glDeleteBuffers(1, &prt->buffer);
     glDeleteTextures(1, &prt->texture);
     glGenBuffers(1, &prt->buffer);
