@@ -74,6 +74,7 @@ struct settings {
 
     double max_flip, min_psnr; /* compare; infinite: not given */
     bool study;
+    bool view_averaged;
 
     double seconds; /* bench: a measurement at least */
     int repeat;     /* bench draw: copies of the mesh */

@@ -7,7 +7,7 @@ static const char *const takes[] = {
     "output", "method", "material", "size-mm", "light", "light-angle", "env", "point-light",
     "spot-light", "camera", "fov", "exposure", "background", "resolution", "use-bands", "window",
     "formula", "specular", "rim", "ambient", "map-size", "blur-mm", "samples",
-    "boundary", "spp", "seed",
+    "boundary", "view-averaged", "spp", "seed",
     /* of the bake in memory, where the file is not baked */
     "bands", "directions", "thickness", "fit", "store", "clusters", "vectors",
     "response-form", "bytes", "noise", NULL};

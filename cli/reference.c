@@ -42,6 +42,7 @@ static void report(const struct settings *settings, const struct dph_reference_o
         emit_text(&json, "method", "reference");
         emit_text(&json, "material", o->material.name);
         emit_text(&json, "boundary", o->boundary ? "dielectric" : "matched");
+        emit_bool(&json, "view_averaged", o->view_averaged);
         emit_count(&json, "width", (size_t)o->width);
         emit_count(&json, "height", (size_t)o->height);
         emit_count(&json, "lights", (size_t)o->nlight);
@@ -83,6 +84,7 @@ static struct dph_reference_options options_of(const struct settings *settings,
     struct dph_frame frame = dph_frame_defaults();
     o.material = *material;
     o.boundary = (enum dph_boundary)settings->boundary;
+    o.view_averaged = settings->view_averaged;
     o.camera = settings->camera;
     o.width = settings->width;
     o.height = settings->height;

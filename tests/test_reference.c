@@ -405,7 +405,7 @@ static void bad_requests_fail(void **state)
     struct dph_light near = {.kind = DPH_LIGHT_POINT, .irradiance = {1, 1, 1}};
     struct dph_reference picture;
     struct dph_error err;
-    for (int i = 0; i < 8; i++) {
+    for (int i = 0; i < 9; i++) {
         struct dph_reference_options o = small_picture(2, 2, 1);
         enum dph_code code = DPH_ERROR_ARGUMENT;
         switch (i) {
@@ -416,6 +416,7 @@ static void bad_requests_fail(void **state)
         case 4: o.material.anisotropy = 1; break;
         case 5: o.camera.fov = 180; break;
         case 6: o.material.ior = .5; break;
+        case 7: o.view_averaged = true, o.boundary = DPH_BOUNDARY_DIELECTRIC; break;
         default: o.progress = stop; code = DPH_ERROR_CANCELLED; break;
         }
         assert_false(dph_reference_render(scene, &o, &picture, &err));

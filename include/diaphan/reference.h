@@ -29,6 +29,11 @@ typedef void dph_radiance(void *user, const double to[3], double radiance[3]);
 struct dph_reference_options {
     struct dph_material material; /* wax                                                           */
     enum dph_boundary boundary;   /* matched                                                       */
+    bool view_averaged;           /* a pixel is the radiance that leaves the surface seen there,
+                                   * averaged over all directions in which it leaves, weighted with
+                                   * their cosine: what response_bake.h bakes. Of a matched boundary
+                                   * only; the camera stands outside the bodies, which hide the
+                                   * background and show the environment as any view would; false  */
     struct dph_camera camera;     /* 0, 15, 3.5, 35                                                */
     int width, height;            /* 1280 x 800, each up to 32768                                  */
     double mm_per_unit;           /* 0: the scene's, else 25 mm for the largest side               */

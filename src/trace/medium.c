@@ -97,6 +97,13 @@ void dph_cone_sample(struct dph_random *random, const double axis[3], double cos
     deflect(random, 1 - dph_random_next(random) * (1 - cosine), direction);
 }
 
+void dph_cosine_sample(struct dph_random *random, const double axis[3], double direction[3])
+{
+    for (int k = 0; k < 3; k++)
+        direction[k] = axis[k];
+    deflect(random, sqrt(1 - dph_random_next(random)), direction);
+}
+
 double dph_fresnel(double cosine, double eta, double *refracted)
 {
     double square = 1 - (1 - cosine * cosine) / (eta * eta);

@@ -53,6 +53,9 @@ void dph_phase_sample(struct dph_random *random, double g, double direction[3]);
 void dph_cone_sample(struct dph_random *random, const double axis[3], double cosine,
                      double direction[3]);
 
+/* A unit direction distributed as the cosine to `axis`, unit length, on its side. */
+void dph_cosine_sample(struct dph_random *random, const double axis[3], double direction[3]);
+
 /* The share of light that a smooth boundary reflects, unpolarised. `cosine` > 0: of incidence.
  * `eta`: index beyond over index before. `refracted`: its cosine beyond, 0 where reflection is
  * total. */

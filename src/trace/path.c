@@ -9,6 +9,15 @@
  * and the surroundings are added where the path leaves for good. Rays to lights are cast by chance
  * (outlook.h), so that each has about the same to bring: see add_suns.
  *
+ * Averaged over views. The camera ray only says which point of the surface is seen; the path goes on
+ * from there in a direction w distributed as the cosine about the inward normal, max(0, -n.w) / pi,
+ * so that its mean is the radiance that leaves the point, averaged over the directions in which it
+ * leaves. Now light that is not scattered comes from a light as well,
+ *
+ *     E max(0, -n.L) / pi exp(-st S(x, L)),
+ *
+ * again with a ray by chance, and what leaves along w sees the surroundings.
+ *
  * Dielectric boundary. At a surface the path is reflected or refracted by chance with Fresnel's
  * share. Radiance over the square of the index is what stays the same across a boundary, and a path
  * begins and ends in air, so the weight stays 1. Lights are discs and are met by paths that leave.
@@ -17,6 +26,8 @@
 #include "trace/reference.h"
 
 #include <math.h>
+
+#define PI 3.14159265358979323846
 
 static double dot(const double a[3], const double b[3])
 {
@@ -27,6 +38,13 @@ static void advance(double point[3], const double direction[3], double length)
 {
     for (int k = 0; k < 3; k++)
         point[k] += length * direction[k];
+}
+
+/* What comes through along a ray without being scattered, by channel. */
+static void pass(const struct dph_stage *stage, const struct dph_spans *spans, double weight[3])
+{
+    for (int c = 0; c < 3; c++)
+        weight[c] = exp(-stage->space.volume.extinction[c] * spans->length);
 }
 
 static void add_background(const struct dph_stage *stage, const double weight[3],
@@ -120,37 +138,26 @@ static bool add_suns(void *user, const struct dph_walk *walk, struct dph_random 
     return true;
 }
 
-static enum dph_ending matched(const struct dph_stage *stage, struct dph_random *random,
-                               const double origin[3], const double direction[3],
-                               double *radiance, bool *covered)
+/* The part of a path that is scattered at least once. `flight` begins at `point`; `spans` are its
+ * parts inside. */
+static enum dph_ending scattered(const struct dph_stage *stage, struct dph_random *random,
+                                 const struct dph_spans *spans, double point[3], double flight[3],
+                                 double *radiance)
 {
     const struct dph_volume *volume = &stage->space.volume;
-    double point[3] = {origin[0], origin[1], origin[2]};
-    double flight[3] = {direction[0], direction[1], direction[2]}, weight[3];
-    struct dph_spans spans;
+    double weight[3];
     struct dph_walk walk;
-    dph_rays_spans(stage->space.rays, point, flight, &spans);
-    *covered = spans.count > 0;
-    if (spans.overflow)
-        return DPH_ENDING_LOST;
-    for (int c = 0; c < 3; c++)
-        weight[c] = exp(-volume->extinction[c] * spans.length);
-    add_background(stage, weight, radiance);
-    if (!*covered)
-        return DPH_ENDING_PLAIN;
-    add_sky(stage, flight, weight, false, true, radiance);
-
     dph_walk_begin(&walk, random);
     double extinction = volume->extinction[walk.hero];
-    double share = -expm1(-extinction * spans.length);
+    double share = -expm1(-extinction * spans->length);
     if (!(share > 0))
         return DPH_ENDING_PLAIN;
-    double length = fmin(-log1p(-dph_random_next(random) * share) / extinction, spans.length);
-    dph_space_place(&stage->space, &spans, length, flight, point);
+    double length = fmin(-log1p(-dph_random_next(random) * share) / extinction, spans->length);
+    dph_space_place(&stage->space, spans, length, flight, point);
     /* the density of a first scattering that is sure to happen is larger by the chance that a free
      * flight has of one, in each channel */
     for (int c = 0; c < 3; c++) {
-        double chance = -expm1(-volume->extinction[c] * spans.length);
+        double chance = -expm1(-volume->extinction[c] * spans->length);
         walk.carried[c] *= chance;
         walk.share[c] = chance > 0 ? share / chance : 0;
     }
@@ -170,6 +177,82 @@ static enum dph_ending matched(const struct dph_stage *stage, struct dph_random 
         add_sky(stage, flight, weight, true, false, radiance);
     }
     return ending;
+}
+
+static enum dph_ending matched(const struct dph_stage *stage, struct dph_random *random,
+                               const double origin[3], const double direction[3],
+                               double *radiance, bool *covered)
+{
+    double point[3] = {origin[0], origin[1], origin[2]};
+    double flight[3] = {direction[0], direction[1], direction[2]}, weight[3];
+    struct dph_spans spans;
+    dph_rays_spans(stage->space.rays, point, flight, &spans);
+    *covered = spans.count > 0;
+    if (spans.overflow)
+        return DPH_ENDING_LOST;
+    pass(stage, &spans, weight);
+    add_background(stage, weight, radiance);
+    if (!*covered)
+        return DPH_ENDING_PLAIN;
+    add_sky(stage, flight, weight, false, true, radiance);
+    return scattered(stage, random, &spans, point, flight, radiance);
+}
+
+/* Light of the suns that comes to a point of the surface straight, from within. */
+static bool add_unscattered(const struct dph_stage *stage, struct dph_random *random,
+                            const double point[3], const double inward[3], double *radiance)
+{
+    static const double CAREFUL = .05; /* the least chance of a ray */
+    const struct dph_outlook *outlook = &stage->outlook;
+    const uint8_t *depth = dph_outlook_at(outlook, point);
+    for (int i = 0; i < stage->nsun; i++) {
+        const struct dph_sun *sun = &stage->sun[i];
+        double to[3] = {sun->to_light[0], sun->to_light[1], sun->to_light[2]}, weight[3];
+        double chance = depth ? fmax(outlook->passed[depth[i]], CAREFUL) : 1;
+        struct dph_spans spans;
+        if (sun->cosine < 1)
+            dph_cone_sample(random, sun->to_light, sun->cosine, to);
+        double cosine = dot(inward, to);
+        if (cosine <= 0 || (chance < 1 && dph_random_next(random) >= chance))
+            continue;
+        dph_rays_spans(stage->space.rays, point, to, &spans);
+        if (spans.overflow || !spans.inside)
+            return false;
+        pass(stage, &spans, weight);
+        for (int c = 0; c < 3; c++)
+            weight[c] *= cosine / PI * sun->even / chance;
+        add_weighted(radiance + 3 * sun->picture, weight, sun->irradiance);
+    }
+    return true;
+}
+
+static enum dph_ending averaged(const struct dph_stage *stage, struct dph_random *random,
+                                const double origin[3], const double direction[3],
+                                double *radiance, bool *covered)
+{
+    const double one[3] = {1, 1, 1};
+    double point[3] = {origin[0], origin[1], origin[2]}, inward[3], flight[3], weight[3];
+    struct dph_spans spans;
+    struct dph_hit hit;
+    *covered = dph_rays_nearest(stage->space.rays, point, direction, INFINITY, &hit);
+    if (!*covered) {
+        add_background(stage, one, radiance);
+        return DPH_ENDING_PLAIN;
+    }
+    if (dot(direction, hit.normal) > 0)
+        return DPH_ENDING_LOST; /* a body's wall from inside */
+    for (int k = 0; k < 3; k++)
+        inward[k] = -hit.normal[k];
+    advance(point, direction, hit.distance);
+    advance(point, inward, stage->space.margin);
+    dph_cosine_sample(random, inward, flight);
+    dph_rays_spans(stage->space.rays, point, flight, &spans);
+    if (spans.overflow || !spans.inside ||
+        !add_unscattered(stage, random, point, inward, radiance))
+        return DPH_ENDING_LOST;
+    pass(stage, &spans, weight);
+    add_sky(stage, flight, weight, true, false, radiance);
+    return scattered(stage, random, &spans, point, flight, radiance);
 }
 
 static enum dph_ending dielectric(const struct dph_stage *stage, struct dph_random *random,
@@ -243,5 +326,6 @@ enum dph_ending dph_path_trace(const struct dph_stage *stage, struct dph_random 
 {
     if (stage->boundary == DPH_BOUNDARY_DIELECTRIC)
         return dielectric(stage, random, origin, direction, radiance, covered);
-    return matched(stage, random, origin, direction, radiance, covered);
+    return stage->view_averaged ? averaged(stage, random, origin, direction, radiance, covered)
+                                : matched(stage, random, origin, direction, radiance, covered);
 }

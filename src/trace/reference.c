@@ -76,6 +76,9 @@ static bool check(const struct dph_reference_options *o, struct dph_error *err)
             return dph_fail(err, DPH_ERROR_ARGUMENT, "light %d: half-angle of %g degrees", i + 1,
                             light->angle);
     }
+    if (o->view_averaged && o->boundary != DPH_BOUNDARY_MATCHED)
+        return dph_fail(err, DPH_ERROR_ARGUMENT,
+                        "views are averaged for a matched boundary only");
     return check_medium(&o->material, err);
 }
 
@@ -225,6 +228,7 @@ static bool prepare(struct picture *picture, const struct dph_scene *scene, stru
     if (!(mm > 0))
         mm = scene->mm_per_unit > 0 ? scene->mm_per_unit : 25 / largest;
     stage->boundary = o->boundary;
+    stage->view_averaged = o->view_averaged;
     stage->eta = o->material.ior;
     stage->radius = sqrt(square) / 2 * mm;
     stage->environment = o->environment;

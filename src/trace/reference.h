@@ -25,6 +25,7 @@ struct dph_stage {
     struct dph_space space;
     struct dph_outlook outlook; /* of the suns, in their order */
     enum dph_boundary boundary;
+    bool view_averaged; /* matched boundary only */
     double eta;
     double radius; /* of the scene's bounding sphere */
     int npicture;

@@ -15,6 +15,7 @@ different() {
 different --seed 4
 different --spp 5
 different --boundary dielectric
+different --view-averaged
 different --light-angle 20
 different --light 10,20
 different --material skin1
@@ -22,6 +23,7 @@ different --env one.exr
 different --background 1,1,1
 expect 1 $traced -o other.exr --point-light 1,2,3
 expect 1 $traced -o other.exr --boundary rough
+refuse 1 "matched boundary only" $traced -o other.png --view-averaged --boundary dielectric
 expect 1 $traced -o other.exr --spp 0
 expect 2 $traced -o other.exr --env missing.exr
 
