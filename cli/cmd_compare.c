@@ -166,6 +166,8 @@ const struct command command_compare = {
              "and scores the drawn ones\n"
              "over the object's pixels, as each method draws and once more with its free numbers "
              "fitted on twelve other lights.\n"
+             "and over 24 lights of all directions; with response also beside the truth averaged over views, "
+             "which it is made for.\n"
              "rmse is RMS error / RMS truth of linear luminance without the reference's noise; "
              "psnr, ssim and flip are of sRGB\n"
              "pictures. FOLDER is made where it is missing and gets comparison.png, report.html and "

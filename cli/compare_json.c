@@ -32,7 +32,17 @@ static void emit_material(struct json *json, const struct dph_comparison *compar
     emit_object(json, "seconds");
     emit_number(json, "reference", judged->seconds_truth);
     emit_number(json, "training", judged->seconds_training);
+    emit_number(json, "views", judged->seconds_views);
+    emit_number(json, "all_lights", judged->seconds_held);
     emit_number(json, "total", judged->seconds);
+    emit_close(json, '}');
+    emit_object(json, "all_lights");
+    emit_count(json, "lights", (size_t)judged->held.nlight);
+    emit_count(json, "spp", (size_t)judged->held.samples);
+    emit_count(json, "pixels", judged->held.pixels);
+    emit_number(json, "noise", judged->held.noise_rmse);
+    emit_number(json, "view_averaged_rmse", judged->held.views_rmse);
+    emit_number(json, "view_averaged_noise", judged->held.views_noise_rmse);
     emit_close(json, '}');
     emit_array(json, "lights");
     for (size_t l = 0; l < comparison->nlight; l++) {
@@ -41,6 +51,10 @@ static void emit_material(struct json *json, const struct dph_comparison *compar
         emit_count(json, "pixels", judged->truth[l].pixels);
         emit_number(json, "mean", judged->truth[l].mean);
         emit_noise(json, &judged->truth[l].noise);
+        emit_number(json, "view_averaged_rmse", judged->truth[l].views_rmse);
+        emit_number(json, "view_averaged_noise", judged->truth[l].views.pixel
+                                                     ? judged->truth[l].views_noise.rmse
+                                                     : NAN);
         emit_close(json, '}');
     }
     emit_close(json, ']');
@@ -95,6 +109,9 @@ static void emit_row(struct json *json, const struct dph_judged *judged,
     emit_number(json, "flip", shot->scores.flip);
     emit_number(json, "rmse", shot->scores.rmse);
     emit_number(json, "rmse_raw", shot->scores.rmse_raw);
+    emit_number(json, "rmse_view_averaged", shot->scores.rmse_view_averaged);
+    emit_number(json, "rmse_all_lights", entry->rmse_all_lights);
+    emit_number(json, "rmse_all_lights_view_averaged", entry->rmse_all_lights_view_averaged);
     emit_noise(json, &judged->truth[number].noise);
     emit_text(json, "warning", shot->noisy ? shot->warning : NULL);
     emit_number(json, "bytes_per_vertex", entry->bytes_per_vertex);

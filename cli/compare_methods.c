@@ -1,6 +1,7 @@
 /* diaphan compare INPUT: all methods beside the path-traced truth. */
 #define _POSIX_C_SOURCE 200809L
 #include "cli.h"
+#include "report_truths.h"
 #include "watch.h"
 
 #include <diaphan/file.h>
@@ -123,6 +124,7 @@ static void print(const struct settings *settings, const struct dph_comparison *
                judged->seconds);
         for (size_t l = 0; l < comparison->nlight; l++)
             print_light(judged, comparison->light[l].name, l);
+        report_truths_text(stdout, comparison, judged);
         printf("\n%-46s %7s %7s %7s %8s\n", "cost", "bytes", "passes", "bake s", "ms");
         for (size_t i = 0; i < judged->nentry; i++) {
             const struct dph_entry *entry = &judged->entry[i];

@@ -5,6 +5,7 @@
  * page once, as PNG in base64 (RFC 4648); the slider's script takes them from there. */
 #define _POSIX_C_SOURCE 200809L
 #include "report_html.h"
+#include "report_truths.h"
 
 #include "text.h"
 
@@ -401,6 +402,7 @@ static bool put_material(const struct report *r, const struct dph_judged *judged
           "best of a column is coloured; \xe2\x89\x88 marks what the noise makes uncertain.</p>\n",
           r->out);
     put_table(r, judged, true, "Distance to the reference, and cost");
+    report_truths_html(r->out, r->comparison, judged);
     put_warnings(r, judged);
     put_fits(r, judged);
     for (size_t l = 0; l < r->comparison->nlight; l++)

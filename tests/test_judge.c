@@ -115,6 +115,7 @@ static struct dph_judge_params tiny(const struct dph_method *const *method, size
     params.training_width = 32;
     params.training_height = 20;
     params.training_samples = 8;
+    params.held_samples = 64;
     params.size_mm = 10;
     params.bake.bake.directions = 128;
     params.rivals.directions = 128;
@@ -140,6 +141,9 @@ static void test_sphere(void **state)
     struct dph_judged *wax = &c->material[0];
     assert_int_equal(wax->nentry, 6); /* lambert, shsss with 6 and 2 bands, each fitted and not */
     assert_int_equal(wax->samples, 16);
+    assert_int_equal(wax->held.nlight, DPH_JUDGE_HELD_LIGHTS);
+    assert_true(wax->held.samples == 64 && wax->held.pixels > 60 && wax->held.noise_rmse > 0);
+    assert_true(isnan(wax->held.views_rmse)); /* no method is a response */
     for (size_t i = 0; i < wax->nentry; i++) {
         const struct dph_entry *entry = &wax->entry[i];
         assert_true(entry->shown);
@@ -147,6 +151,9 @@ static void test_sphere(void **state)
         assert_int_equal(entry->bands, i < 2 ? 0 : i < 4 ? 6 : 2);
         assert_int_equal((int)entry->payload_bytes, i < 2 ? 0 : i < 4 ? 36 : 4);
         assert_true(entry->milliseconds > 0);
+        if (!(entry->rmse_all_lights > 0 && entry->rmse_all_lights < 1))
+            fail_msg("%s: all lights %g", entry->method->name, entry->rmse_all_lights);
+        assert_true(isnan(entry->rmse_all_lights_view_averaged));
         if (entry->fitted)
             assert_true(entry->training_after < entry->training_before);
         for (size_t l = 0; l < 3; l++) {
@@ -157,6 +164,7 @@ static void test_sphere(void **state)
             assert_true(shot->scores.rmse >= 0 && (shot->scores.rmse < shot->scores.rmse_raw) ==
                                                       (shot->scores.rmse_raw < 1));
             assert_true(isfinite(shot->scores.psnr) && shot->scores.flip > 0);
+            assert_true(isnan(shot->scores.rmse_view_averaged));
         }
     }
     for (size_t l = 0; l < 3; l++) {
@@ -189,6 +197,59 @@ static void test_sphere(void **state)
     params.method = method;
     assert_false(dph_judge_fit(scene, &params, &fitted, &before, &after, &err));
     assert_int_equal(err.code, DPH_ERROR_ARGUMENT);
+    dph_scene_destroy(scene);
+}
+
+/* The response is an average over views: it is nearer to the truth that is one as well, and the
+ * distance of the two truths is what it cannot help having. */
+static void test_views(void **state)
+{
+    (void)state;
+    const struct dph_method *const method[2] = {dph_method_find("response"),
+                                                dph_method_find("shsss")};
+    struct dph_error err = {0};
+    struct dph_scene *scene = scene_of(make_sphere(16, 1, nowhere), NULL);
+    struct dph_judge_params params = tiny(method, 2, dph_material_preset(0));
+    params.size_mm = 2; /* thin, so that views differ */
+    params.samples = params.held_samples = 200;
+    params.response.noise = .1;
+    params.fit = false;
+    struct dph_comparison *c = dph_comparison_create(scene, &params, NULL, &err);
+    if (!c)
+        fail_msg("%s", err.message);
+    const struct dph_judged *wax = &c->material[0];
+    double floor = wax->held.views_rmse;
+    assert_int_equal(wax->nentry, 7); /* response with 6, 4, 3 bands, shsss with 6, 2, 4, 3 */
+    printf("    views are %.3f apart; from the picture and the average: ", floor);
+    for (size_t i = 0; i < 3; i++) {
+        const struct dph_entry *entry = &wax->entry[i];
+        double both[2] = {entry->rmse_all_lights, entry->rmse_all_lights_view_averaged};
+        printf("%.3f %.3f; ", both[0], both[1]);
+        assert_true(both[1] < .5 * both[0] && both[1] < .15);
+        near(both[0], hypot(floor, both[1]), .25 * both[0]);
+        for (size_t l = 0; l < 3; l++)
+            assert_true(entry->shot[l].scores.rmse_view_averaged < entry->shot[l].scores.rmse);
+    }
+    printf("\n");
+    for (size_t i = 3; i < 7; i++) {
+        static const int bands[] = {6, 2, 4, 3};
+        const struct dph_entry *entry = &wax->entry[i];
+        assert_true(entry->bands == bands[i - 3] && entry->shown == (i < 5));
+        assert_int_equal((int)entry->payload_bytes, entry->bands * entry->bands);
+        assert_true(entry->rmse_all_lights_view_averaged > 0);
+    }
+    assert_true(floor > .1);
+    for (size_t l = 0; l < 3; l++)
+        assert_true(wax->truth[l].views.pixel && wax->truth[l].views_rmse > .05);
+    dph_comparison_destroy(c);
+    params.boundary = DPH_BOUNDARY_DIELECTRIC; /* is not averaged */
+    params.samples = params.held_samples = 4;
+    if (!(c = dph_comparison_create(scene, &params, NULL, &err)))
+        fail_msg("%s", err.message);
+    assert_true(isnan(c->material[0].truth[0].views_rmse) &&
+                isnan(c->material[0].entry[0].rmse_all_lights_view_averaged) &&
+                isnan(c->material[0].entry[0].shot[0].scores.rmse_view_averaged));
+    dph_comparison_destroy(c);
     dph_scene_destroy(scene);
 }
 
@@ -235,23 +296,28 @@ static bool stop_at(void *user, enum dph_judge_phase phase, const char *material
 static void test_cancel(void **state)
 {
     (void)state;
-    const struct dph_method *const method[1] = {dph_method_find("shsss")};
+    const struct dph_method *const method[2] = {dph_method_find("shsss"),
+                                                dph_method_find("response")};
     struct dph_scene *scene = scene_of(make_sphere(6, 1, nowhere), NULL);
-    struct dph_judge_params params = tiny(method, 1, dph_material_preset(0));
+    struct dph_judge_params params = tiny(method, 2, dph_material_preset(0));
+    params.response.noise = 1;
     for (int phase = DPH_JUDGE_BAKE; phase <= DPH_JUDGE_DRAW; phase++) {
         struct stop stop = {(enum dph_judge_phase)phase, 0};
         struct dph_error err = {0};
         params.samples = phase == DPH_JUDGE_TRUTH ? 4000 : 4;
         params.training_samples = phase == DPH_JUDGE_TRAINING ? 4000 : 4;
+        params.views_samples = phase == DPH_JUDGE_VIEWS ? 4000 : 4;
+        params.held_samples = phase == DPH_JUDGE_HELD ? 4000 : 4;
         params.progress = stop_at;
         params.progress_user = &stop;
         struct dph_comparison *c = dph_comparison_create(scene, &params, NULL, &err);
         assert_true(stop.calls > 0);
-        if (phase == DPH_JUDGE_TRUTH || phase == DPH_JUDGE_TRAINING) {
+        if (phase >= DPH_JUDGE_TRUTH && phase <= DPH_JUDGE_HELD) {
             if (!c)
                 fail_msg("%s", err.message);
             assert_int_equal(c->nwarning, phase == DPH_JUDGE_TRUTH);
             assert_true(phase != DPH_JUDGE_TRUTH || c->material[0].samples < 4000);
+            assert_true(c->material[0].held.samples < 4000);
         } else {
             assert_null(c);
             assert_int_equal(err.code, DPH_ERROR_CANCELLED);
@@ -268,7 +334,7 @@ static void test_refusals(void **state)
     const struct dph_method *const method[2] = {dph_method_find("shsss"), dph_method_find("shsss")};
     const struct dph_method *const quantity[1] = {dph_method_find("thickness")};
     struct dph_scene *scene = scene_of(make_sphere(6, 1, nowhere), NULL);
-    for (int i = 0; i < 6; i++) {
+    for (int i = 0; i < 7; i++) {
         struct dph_judge_params params = tiny(method, 1, dph_material_preset(0));
         struct dph_error err = {0};
         switch (i) {
@@ -278,6 +344,7 @@ static void test_refusals(void **state)
         case 3: params.nlight = DPH_JUDGE_LIGHTS + 1; break;
         case 4: params.width = 0; break;
         case 5: params.samples = 0; break;
+        case 6: params.held_samples = -1; break;
         }
         assert_null(dph_comparison_create(scene, &params, NULL, &err));
         assert_int_equal(err.code, DPH_ERROR_ARGUMENT);
@@ -291,8 +358,8 @@ int main(void)
         return 77;
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_fit_recovers), cmocka_unit_test(test_sphere),
-        cmocka_unit_test(test_study),        cmocka_unit_test(test_cancel),
-        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_views),        cmocka_unit_test(test_study),
+        cmocka_unit_test(test_cancel),       cmocka_unit_test(test_refusals),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     end_gl();

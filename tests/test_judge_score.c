@@ -252,12 +252,66 @@ static void test_lights(void **state)
     near(dph_judge_angle(&params), 2, 0);
 }
 
+/* Two truths, each with noise of its own: their distance is that of what is below the noise. */
+static void test_truths_have_a_distance(void **state)
+{
+    (void)state;
+    for (int k = 0; k < 2; k++) {
+        double sigma = k ? .1 : 0;
+        struct pictures a = make(sigma, 1), b = make(sigma, 1);
+        for (size_t i = 0; i < 4 * PIXELS; i++)
+            b.reference.pixel[i] *= 1.2F;
+        double v = sigma * sigma / 2; /* of the mean of two halves */
+        near(dph_truths_distance(&a.reference, v, &b.reference, 1.44 * v, a.mask), .2, .006);
+        /* what is not taken out stays in */
+        assert_true(k == 0 ||
+                    dph_truths_distance(&a.reference, 0, &b.reference, 0, a.mask) > .25);
+        finish(&a);
+        finish(&b);
+    }
+}
+
+/* Lights for one figure of all directions: even over the sphere, and none that is fitted on. */
+static void test_held_lights(void **state)
+{
+    (void)state;
+    struct dph_camera camera = {77, 15, 3.5, 35};
+    struct dph_light held[DPH_JUDGE_HELD_LIGHTS], training[DPH_TRAINING_LIGHTS];
+    double mean[3] = {0}, closest = 2, scored = 2;
+    dph_held_lights(&camera, 3, held);
+    dph_training_lights(&camera, 3, training);
+    for (int i = 0; i < DPH_JUDGE_HELD_LIGHTS; i++) {
+        const double *a = held[i].to_light;
+        near(a[0] * a[0] + a[1] * a[1] + a[2] * a[2], 1, 1e-12);
+        assert_true(held[i].angle == 3 && held[i].irradiance[0] == PI);
+        for (int k = 0; k < 3; k++)
+            mean[k] += a[k] / DPH_JUDGE_HELD_LIGHTS;
+        for (int j = 0; j < DPH_TRAINING_LIGHTS; j++) {
+            const double *b = training[j].to_light;
+            closest = fmin(closest, acos(a[0] * b[0] + a[1] * b[1] + a[2] * b[2]));
+        }
+        struct dph_judge_light light;
+        for (size_t j = 0; j < 3; j++) {
+            assert_true(dph_judge_light_find(dph_judge_light_name(j), &camera, &light));
+            struct dph_light s = dph_judge_light_make(&light, 3);
+            const double *b = s.to_light;
+            scored = fmin(scored, acos(a[0] * b[0] + a[1] * b[1] + a[2] * b[2]));
+        }
+    }
+    near(closest * 180 / PI, 13.86, .01);
+    near(scored * 180 / PI, 18.88, .1);
+    for (int k = 0; k < 3; k++)
+        near(mean[k], 0, .02);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_noise_is_taken_out), cmocka_unit_test(test_noise_floor),
         cmocka_unit_test(test_equal_pictures),     cmocka_unit_test(test_solver),
         cmocka_unit_test(test_lights),
+        cmocka_unit_test(test_truths_have_a_distance),
+        cmocka_unit_test(test_held_lights),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -5,7 +5,9 @@
  * A comparison draws one scene from one camera by every method, in some materials, under one light
  * at a time, traces the same pictures, and scores the drawn ones over the object's pixels. Free
  * numbers of a method are fitted on training lights that are not scored; the method is scored with
- * and without the fit. The noise of the truth stands beside every figure. docs/theory.md has the
+ * and without the fit. The noise of the truth stands beside every figure. Many more lights, in
+ * small pictures, give one figure for all directions. Where a method is a response, which no view
+ * changes, all is scored against the truth averaged over views as well. docs/theory.md has the
  * protocol. */
 #ifndef DIAPHAN_JUDGE_H
 #define DIAPHAN_JUDGE_H
@@ -32,6 +34,7 @@ struct dph_scores {
     double rmse;     /* RMS error / RMS truth of linear luminance, the reference's noise taken out
                       * of both; 0 where the error, NAN where the truth is below the noise        */
     double rmse_raw; /* the same with the noise left in */
+    double rmse_view_averaged; /* rmse from the truth averaged over views; NAN where there is none */
 };
 
 /* What noise alone does to the scores: a perfect picture would get about these. All are NAN where
@@ -51,6 +54,23 @@ struct dph_truth {
     size_t pixels;           /* of the object */
     double mean;             /* linear luminance over the object */
     struct dph_noise noise;
+    struct dph_image views;  /* averaged over views (reference.h), of walks of its own; `pixel` is
+                              * NULL where that is not asked for */
+    struct dph_noise views_noise;
+    double views_rmse;       /* of `views` as a picture: what a method without views is bound to get
+                              * if it is right. Noise of both is taken out; NAN without `views`  */
+};
+
+/* The truth under DPH_JUDGE_HELD_LIGHTS lights that cover the sphere evenly and that nothing is
+ * fitted on, in pictures of the training's size. */
+#define DPH_JUDGE_HELD_LIGHTS 24
+struct dph_held_truth {
+    int nlight;              /* 0: there is none; then all figures of these lights are NAN */
+    int samples;             /* a pixel */
+    size_t pixels;           /* of the object */
+    double noise_rmse;       /* RMS of the noise / RMS truth of linear luminance, all lights together */
+    double views_rmse;       /* as in struct dph_truth, all lights together; likewise the next */
+    double views_noise_rmse;
 };
 
 /* One method's picture under one light. */
@@ -82,6 +102,9 @@ struct dph_entry {
                         * was is in `material` */
     double training_before, training_after; /* mean over the training lights of (RMS error / RMS
                         * truth), over channels and object; NAN where nothing was fitted */
+    double rmse_all_lights;  /* rmse over all pixels of all lights of struct dph_held_truth together:
+                        * root of (sum of squared errors / sum of squared truth); NAN: none */
+    double rmse_all_lights_view_averaged; /* from the truth averaged over views; likewise */
     double bytes_per_vertex; /* as the vertex stage fetches them, beyond position and normal */
     double payload_bytes;    /* a vertex, without padding */
     size_t table_bytes;      /* beside the vertices */
@@ -95,9 +118,11 @@ struct dph_entry {
 struct dph_judged {
     struct dph_material material;
     struct dph_truth *truth;   /* (nlight) */
+    struct dph_held_truth held;
     int samples;               /* a pixel that the truth has */
     uint64_t paths, lost, capped; /* of the reference, see reference.h */
     double seconds_truth, seconds_training, seconds;
+    double seconds_views, seconds_held; /* tracing views of the scored lights; all of the held ones */
     size_t nentry;
     struct dph_entry *entry;   /* (nentry) */
 };
@@ -120,10 +145,14 @@ enum dph_judge_phase {
     DPH_JUDGE_BAKE = 0,  /* thickness and what rivals need */
     DPH_JUDGE_TRUTH,     /* the reference. Cancelling ends it with the samples that it has */
     DPH_JUDGE_TRAINING,  /* the reference under the training lights; likewise */
+    DPH_JUDGE_VIEWS,     /* the reference averaged over views; likewise */
+    DPH_JUDGE_HELD,      /* the reference under the lights that cover the sphere; likewise, but then
+                          * it is not averaged over views if it was not yet */
     DPH_JUDGE_FIT,
     DPH_JUDGE_DRAW,      /* and score */
 };
-/* "baking", "tracing", "tracing to fit", "fitting", "drawing". */
+/* "baking", "tracing", "tracing to fit", "tracing views", "tracing all lights", "fitting",
+ * "drawing". */
 const char *dph_judge_phase_name(enum dph_judge_phase phase);
 
 /* Called during the work; `fraction` is that of the phase in this material, 0 to 1. False cancels
@@ -151,6 +180,10 @@ struct dph_judge_params {
     bool study;                   /* also formula x curve x fit x bands of shsss; false */
     int training_width, training_height; /* 160 x 100 */
     int training_samples;         /* 64 */
+    int views_samples;            /* of the truth averaged over views, a pixel, 0: as `samples`. It is
+                                   * traced where a method is a response and the boundary is matched;
+                                   * 0 */
+    int held_samples;             /* of the lights of struct dph_held_truth; 0: none are traced; 32 */
     struct dph_scene_bake_params bake; /* of thickness; size_mm, material, threads and progress
                                         * are not read */
     struct dph_rivals_params rivals;    /* likewise */

@@ -27,6 +27,7 @@ struct work {
     struct dph_rivals_report rivals;
     struct dph_scene_response_report response;
     struct dph_training training;
+    struct dph_held held;
     double mm_per_unit;
 };
 
@@ -48,6 +49,8 @@ const char *dph_judge_phase_name(enum dph_judge_phase phase)
     case DPH_JUDGE_BAKE: return "baking";
     case DPH_JUDGE_TRUTH: return "tracing";
     case DPH_JUDGE_TRAINING: return "tracing to fit";
+    case DPH_JUDGE_VIEWS: return "tracing views";
+    case DPH_JUDGE_HELD: return "tracing all lights";
     case DPH_JUDGE_FIT: return "fitting";
     case DPH_JUDGE_DRAW: return "drawing";
     }
@@ -67,6 +70,7 @@ struct dph_judge_params dph_judge_defaults(void)
         .training_width = 160,
         .training_height = 100,
         .training_samples = 64,
+        .held_samples = 32,
         .bake = dph_scene_bake_defaults(),
         .rivals = dph_rivals_defaults(),
         .response = dph_scene_response_defaults(),
@@ -102,9 +106,12 @@ bool dph_judge_check(const struct dph_judge_params *params, struct dph_error *er
         for (size_t k = 0; k < i; k++)
             if (params->method[i] == params->method[k])
                 return dph_fail(err, DPH_ERROR_ARGUMENT, "%s twice", params->method[i]->name);
-    if (params->samples < 1 || params->training_samples < 1)
-        return dph_fail(err, DPH_ERROR_ARGUMENT, "%d samples a pixel, %d to train with",
-                        params->samples, params->training_samples);
+    if (params->samples < 1 || params->training_samples < 1 || params->views_samples < 0 ||
+        params->held_samples < 0)
+        return dph_fail(err, DPH_ERROR_ARGUMENT,
+                        "%d samples a pixel, %d to train with, %d of views, %d of all lights",
+                        params->samples, params->training_samples, params->views_samples,
+                        params->held_samples);
     return true;
 }
 
@@ -242,7 +249,8 @@ static bool judge_plan(struct work *work, size_t number, struct dph_renderer *re
             !dph_shots_draw(renderer, params, work->mm_per_unit, work->judged, &entry[i],
                             plan->bands, err))
             return false;
-    return true;
+    return dph_held_score(&work->held, renderer, params, work->mm_per_unit, entry, twins,
+                          plan->bands, err);
 }
 
 /* All plans that are drawn from one bake (-1: from none). */
@@ -359,6 +367,10 @@ static bool judge_material(struct work *work, const struct dph_material *materia
     bool ok = make_entries(work, err) && bake_all(work, err) &&
               dph_truth_trace(work->scene, work->params, work->mm_per_unit, work->judged, err) &&
               tell(work, err) &&
+              (!dph_judge_has_views(work->params) ||
+               dph_views_trace(work->scene, work->params, work->mm_per_unit, work->judged, err)) &&
+              dph_held_trace(work->scene, work->params, work->mm_per_unit, work->judged,
+                             &work->held, err) &&
               (!work->params->fit ||
                dph_training_trace(work->scene, work->params, work->mm_per_unit,
                                   &work->judged->material, &work->training, err));
@@ -368,6 +380,7 @@ static bool judge_material(struct work *work, const struct dph_material *materia
     if (ok)
         dph_shots_warn(work->judged, work->params->nlight);
     dph_training_finish(&work->training);
+    dph_held_finish(&work->held);
     for (int i = 0; i < plans->nway; i++)
         dph_variant_finish(&work->bake[i]);
     work->plans = NULL;

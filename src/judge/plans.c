@@ -2,7 +2,8 @@
  *
  * Every method has one, shsss two: with the bands of the bake (or of the file) and with two bands,
  * the four coefficients that Tomaszewska and Stefanowski recommend for light in front. Two bands
- * are baked as such, since the weighted fit makes the best of them. The response has three, with
+ * are baked as such, since the weighted fit makes the best of them. Beside a response stand, without
+ * pictures, shsss with 4 and with 3 bands, which take the bytes of its forms. The response has three, with
  * the bands that were asked for, with 4 and with 3, of one bake. The fitted curve of a method
  * that takes thickness is the exponential one, since the slab's has nothing to fit. A study adds,
  * without pictures, both formulas, both curves, both fits of the coefficients and 2, 3, 4 and 6
@@ -80,6 +81,14 @@ static void plan_response(struct dph_plans *plans, const struct dph_scene *scene
     }
 }
 
+static bool beside_response(const struct dph_judge_params *params)
+{
+    for (size_t i = 0; i < params->nmethod; i++)
+        if (params->method[i]->needs & DPH_PRODUCT_RESPONSE)
+            return true;
+    return false;
+}
+
 void dph_plans_make(struct dph_plans *plans, const struct dph_scene *scene, bool stored,
                     const struct dph_judge_params *params, const struct dph_material *material)
 {
@@ -101,12 +110,16 @@ void dph_plans_make(struct dph_plans *plans, const struct dph_scene *scene, bool
             continue;
         plan->bake = way_of(plans, stored, params->bake.bake.fit, bands);
         snprintf(plan->variant, sizeof plan->variant, "%d bands", bands);
-        if (bands > 2) {
+        for (int i = 0; i < 3; i++) {
+            static const int fewer[] = {2, 4, 3};
+            if (bands <= fewer[i] || (i && !beside_response(params)))
+                continue;
             struct dph_plan *few = add_plan(plans, method);
             *few = *plan;
-            few->bands = 2;
-            few->bake = way_of(plans, false, params->bake.bake.fit, 2);
-            snprintf(few->variant, sizeof few->variant, "2 bands");
+            few->shown = !i;
+            few->bands = fewer[i];
+            few->bake = way_of(plans, false, params->bake.bake.fit, fewer[i]);
+            snprintf(few->variant, sizeof few->variant, "%d bands", fewer[i]);
         }
         if (params->study)
             plan_study(plans, method, params->bake.bake.bands);

@@ -1,7 +1,7 @@
 /* judge/protocol.h - the steps of a comparison, each a file of its own.      Tier 4, private.
  *
- * compare.c calls the others: variants.c bakes, truth.c traces, fit.c fits with solve.c, shots.c
- * draws and score.c scores. sight.c looks before all that whether it can succeed. */
+ * compare.c calls the others: variants.c bakes, truth.c, views.c and held.c trace, fit.c fits with
+ * solve.c, shots.c draws and score.c scores. sight.c looks before all that whether it can succeed. */
 #ifndef DPH_JUDGE_PROTOCOL_H
 #define DPH_JUDGE_PROTOCOL_H
 
@@ -41,12 +41,38 @@ bool dph_judge_room(const struct dph_scene *scene, const struct dph_judge_params
 /* The lights that the free numbers are fitted on, in the world, each with irradiance pi. */
 void dph_training_lights(const struct dph_camera *camera, double angle,
                          struct dph_light light[DPH_TRAINING_LIGHTS]);
+/* `count` points of a spherical Fibonacci set that begins at an azimuth in degrees, likewise. */
+void dph_fibonacci_lights(double start, double angle, int count, struct dph_light *light);
 /* A scored light, likewise. */
 struct dph_light dph_judge_light_make(const struct dph_judge_light *light, double angle);
 /* The half-angle of the lights' discs for all methods. */
 double dph_judge_angle(const struct dph_judge_params *params);
 /* A material without highlight, rim and ambient light. */
 struct dph_material dph_judge_bare(const struct dph_material *material);
+
+/* What a trace has of its own. Each set of pictures has random numbers of its own, so that the noise
+ * of what is fitted on is not that of what is scored. */
+enum dph_tracing_set {
+    DPH_TRACING_TRUTH = 0,
+    DPH_TRACING_TRAINING,
+    DPH_TRACING_VIEWS,
+    DPH_TRACING_HELD,
+    DPH_TRACING_HELD_VIEWS,
+};
+struct dph_tracing_job {
+    enum dph_tracing_set set;
+    const struct dph_light *light; /* (nlight) a picture each */
+    int nlight, width, height, samples;
+    bool view_averaged;
+};
+bool dph_judge_trace(const struct dph_scene *scene, const struct dph_judge_params *params,
+                     double mm_per_unit, const struct dph_material *material,
+                     const struct dph_tracing_job *job, struct dph_judge_step *step,
+                     struct dph_reference *reference, struct dph_error *err);
+/* The object of a traced picture; its number of pixels. */
+size_t dph_judge_mark(const float *pixel, size_t pixels, uint8_t *mask);
+/* The share of the samples that is in `half`: the first, the third, ... */
+double dph_judge_share(const struct dph_reference *reference);
 
 /* The truth under every scored light: fills judged->truth (allocated, nlight zeros) and what else
  * is known of the reference. */
@@ -69,6 +95,44 @@ bool dph_training_trace(const struct dph_scene *scene, const struct dph_judge_pa
                         double mm_per_unit, const struct dph_material *material,
                         struct dph_training *training, struct dph_error *err);
 void dph_training_finish(struct dph_training *training);
+
+/* views.c */
+
+/* Whether a comparison also has the truth averaged over views. */
+bool dph_judge_has_views(const struct dph_judge_params *params);
+/* That truth under every scored light, into judged->truth, which has the pictures. */
+bool dph_views_trace(const struct dph_scene *scene, const struct dph_judge_params *params,
+                     double mm_per_unit, struct dph_judged *judged, struct dph_error *err);
+/* RMS difference / RMS truth of two traced pictures over a mask, in luminance, each with noise of a
+ * mean variance of its own that is taken out. */
+double dph_truths_distance(const struct dph_image *truth, double variance,
+                           const struct dph_image *other, double other_variance,
+                           const uint8_t *mask);
+
+/* held.c */
+
+/* Lights that cover the sphere, and their truth over the object. Owns its arrays. */
+struct dph_held {
+    int nlight, width, height;
+    struct dph_light light[DPH_JUDGE_HELD_LIGHTS];
+    uint8_t *mask;     /* (height x width) */
+    size_t pixels;     /* of the object */
+    float *truth[2];   /* (nlight x pixels) luminance; the second averaged over views, or NULL */
+    double square[2];  /* sum over all of them of the squared truth, without noise */
+    double noise[2];   /* sum of the variances */
+};
+void dph_held_lights(const struct dph_camera *camera, double angle,
+                     struct dph_light light[DPH_JUDGE_HELD_LIGHTS]);
+/* Fills `held` and judged->held; empty where params->held_samples is 0. */
+bool dph_held_trace(const struct dph_scene *scene, const struct dph_judge_params *params,
+                    double mm_per_unit, struct dph_judged *judged, struct dph_held *held,
+                    struct dph_error *err);
+void dph_held_finish(struct dph_held *held);
+/* Draws an entry and, where `twins` is 2, the fitted one after it under all these lights and fills
+ * their figures. */
+bool dph_held_score(const struct dph_held *held, struct dph_renderer *renderer,
+                    const struct dph_judge_params *params, double mm_per_unit,
+                    struct dph_entry *entry, size_t twins, int bands, struct dph_error *err);
 
 /* score.c */
 

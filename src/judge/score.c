@@ -67,6 +67,7 @@ bool dph_scores_measure(const struct dph_image *reference, const struct dph_nois
     scores->psnr = dph_metric_psnr(rmse);
     scores->rmse_raw = dph_relative_error(reference, image, mask, 0);
     bool known = noise && isfinite(noise->variance);
+    scores->rmse_view_averaged = NAN;
     scores->rmse =
         known ? dph_relative_error(reference, image, mask, noise->variance) : scores->rmse_raw;
     return true;

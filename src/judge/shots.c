@@ -70,6 +70,12 @@ bool dph_shots_draw(struct dph_renderer *renderer, const struct dph_judge_params
         if (!dph_scores_measure(&truth->image, &truth->noise, &shot->image, truth->mask,
                                 params->threads, &shot->scores, shot->flip, err))
             return false;
+        if (truth->views.pixel) {
+            double variance = truth->views_noise.variance;
+            shot->scores.rmse_view_averaged =
+                dph_relative_error(&truth->views, &shot->image, truth->mask,
+                                   isfinite(variance) ? variance : 0);
+        }
         if (!entry->shown)
             dph_image_finish(&shot->image);
     }

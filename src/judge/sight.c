@@ -49,8 +49,8 @@ bool dph_judge_look(struct dph_scene *scene, const struct dph_judge_params *para
 /* A pixel of a light has while it is traced: radiance, its square and that of half the samples
  * in double precision, 3 channels each, and the picture, its variance and its half in single. */
 enum { TRACED = 9 * sizeof(double) + 10 * sizeof(float) };
-/* What stays of it: truth and mask; of an entry that is shown, its picture and map. */
-enum { TRUTH = 4 * sizeof(float) + 1, SHOWN = 5 * sizeof(float) };
+/* What stays of it: both truths and mask; of an entry that is shown, its picture and map. */
+enum { TRUTH = 8 * sizeof(float) + 1, SHOWN = 5 * sizeof(float) };
 
 bool dph_judge_room(const struct dph_scene *scene, const struct dph_judge_params *params,
                     struct dph_error *err)

@@ -59,14 +59,18 @@ struct dph_light dph_judge_light_make(const struct dph_judge_light *light, doubl
     return distant(light->azimuth, light->elevation, angle);
 }
 
+void dph_fibonacci_lights(double start, double angle, int count, struct dph_light *light)
+{
+    for (int k = 0; k < count; k++) {
+        double height = 1 - (2 * k + 1) / (double)count;
+        light[k] = distant(start + k * GOLDEN_ANGLE, asin(height) / DEGREE, angle);
+    }
+}
+
 void dph_training_lights(const struct dph_camera *camera, double angle,
                          struct dph_light light[DPH_TRAINING_LIGHTS])
 {
-    for (int k = 0; k < DPH_TRAINING_LIGHTS; k++) {
-        double height = 1 - (2 * k + 1) / (double)DPH_TRAINING_LIGHTS;
-        light[k] = distant(camera->azimuth + TRAINING_START + k * GOLDEN_ANGLE,
-                           asin(height) / DEGREE, angle);
-    }
+    dph_fibonacci_lights(camera->azimuth + TRAINING_START, angle, DPH_TRAINING_LIGHTS, light);
 }
 
 double dph_judge_angle(const struct dph_judge_params *params)
@@ -82,32 +86,31 @@ struct dph_material dph_judge_bare(const struct dph_material *material)
     return bare;
 }
 
-static bool trace(const struct dph_scene *scene, const struct dph_judge_params *params,
-                  double mm_per_unit, const struct dph_material *material,
-                  const struct dph_light *light, int nlight, int width, int height, int samples,
-                  struct dph_judge_step *step, struct dph_reference *reference,
-                  struct dph_error *err)
+bool dph_judge_trace(const struct dph_scene *scene, const struct dph_judge_params *params,
+                     double mm_per_unit, const struct dph_material *material,
+                     const struct dph_tracing_job *job, struct dph_judge_step *step,
+                     struct dph_reference *reference, struct dph_error *err)
 {
     struct dph_reference_options o = dph_reference_defaults();
     o.material = *material;
     o.boundary = params->boundary;
+    o.view_averaged = job->view_averaged;
     o.camera = params->camera;
-    o.width = width;
-    o.height = height;
+    o.width = job->width;
+    o.height = job->height;
     o.mm_per_unit = mm_per_unit;
-    o.nlight = nlight;
-    o.light = light;
+    o.nlight = job->nlight;
+    o.light = job->light;
     o.separate = true;
-    o.samples = samples;
-    o.seed = params->seed;
+    o.samples = job->samples;
+    o.seed = params->seed + ((uint64_t)job->set << 48);
     o.threads = params->threads;
     o.progress = dph_judge_step;
     o.progress_user = step;
     return dph_reference_render(scene, &o, reference, err);
 }
 
-/* The object of a traced picture; its number of pixels. */
-static size_t mark_object(const float *pixel, size_t pixels, uint8_t *mask)
+size_t dph_judge_mark(const float *pixel, size_t pixels, uint8_t *mask)
 {
     size_t count = 0;
     for (size_t i = 0; i < pixels; i++)
@@ -115,8 +118,7 @@ static size_t mark_object(const float *pixel, size_t pixels, uint8_t *mask)
     return count;
 }
 
-/* The share of the samples that is in `half`: the first, the third, ... */
-static double half_share(const struct dph_reference *reference)
+double dph_judge_share(const struct dph_reference *reference)
 {
     return (double)((reference->samples + 1) / 2) / (double)reference->samples;
 }
@@ -124,6 +126,7 @@ static double half_share(const struct dph_reference *reference)
 void dph_truth_finish(struct dph_truth *truth)
 {
     dph_image_finish(&truth->image);
+    dph_image_finish(&truth->views);
     free(truth->mask);
     *truth = (struct dph_truth){0};
 }
@@ -133,12 +136,13 @@ static bool fill_truth(const struct dph_reference *reference, size_t light, int 
 {
     size_t pixels = (size_t)reference->width * (size_t)reference->height;
     const float *pixel = reference->pixel + 4 * light * pixels;
+    truth->views_rmse = NAN;
     if (!dph_image_init(&truth->image, reference->width, reference->height, err))
         return false;
     if (!(truth->mask = dph_alloc(pixels, 1)))
         return dph_fail_memory(err);
     memcpy(truth->image.pixel, pixel, 4 * pixels * sizeof *pixel);
-    truth->pixels = mark_object(pixel, pixels, truth->mask);
+    truth->pixels = dph_judge_mark(pixel, pixels, truth->mask);
     if (!truth->pixels)
         return dph_fail(err, DPH_ERROR_ARGUMENT,
                         "the camera does not see the object: no pixel is covered by half");
@@ -146,7 +150,7 @@ static bool fill_truth(const struct dph_reference *reference, size_t light, int 
         if (truth->mask[i])
             truth->mean += dph_luminance(pixel + 4 * i) / (double)truth->pixels;
     return dph_noise_measure(&truth->image, reference->half + 3 * light * pixels,
-                             half_share(reference), truth->mask, threads, &truth->noise, err);
+                             dph_judge_share(reference), truth->mask, threads, &truth->noise, err);
 }
 
 bool dph_truth_trace(const struct dph_scene *scene, const struct dph_judge_params *params,
@@ -159,8 +163,10 @@ bool dph_truth_trace(const struct dph_scene *scene, const struct dph_judge_param
     double start = dph_seconds();
     for (size_t i = 0; i < params->nlight; i++)
         light[i] = dph_judge_light_make(&params->light[i], dph_judge_angle(params));
-    bool ok = trace(scene, params, mm_per_unit, &judged->material, light, (int)params->nlight,
-                    params->width, params->height, params->samples, &step, &reference, err);
+    struct dph_tracing_job job = {DPH_TRACING_TRUTH, light, (int)params->nlight, params->width,
+                                  params->height, params->samples, false};
+    bool ok = dph_judge_trace(scene, params, mm_per_unit, &judged->material, &job, &step,
+                              &reference, err);
     for (size_t i = 0; i < params->nlight && ok; i++)
         ok = fill_truth(&reference, i, params->threads, &judged->truth[i], err);
     judged->samples = reference.samples;
@@ -187,7 +193,7 @@ static bool fill_training(const struct dph_reference *reference, int light,
     size_t pixels = (size_t)reference->width * (size_t)reference->height;
     const float *pixel = reference->pixel + 4 * (size_t)light * pixels;
     const float *half = reference->half + 3 * (size_t)light * pixels;
-    double square[3] = {0}, share = half_share(reference), noise = 0;
+    double square[3] = {0}, share = dph_judge_share(reference), noise = 0;
     if (!dph_image_init(&training->image[light], reference->width, reference->height, err))
         return false;
     memcpy(training->image[light].pixel, pixel, 4 * pixels * sizeof *pixel);
@@ -218,14 +224,15 @@ bool dph_training_trace(const struct dph_scene *scene, const struct dph_judge_pa
                                       .width = params->training_width,
                                       .height = params->training_height};
     dph_training_lights(&params->camera, dph_judge_angle(params), training->light);
-    if (!trace(scene, params, mm_per_unit, material, training->light, training->nlight,
-               training->width, training->height, params->training_samples, &step, &reference,
-               err))
+    struct dph_tracing_job job = {DPH_TRACING_TRAINING, training->light, training->nlight,
+                                  training->width, training->height, params->training_samples,
+                                  false};
+    if (!dph_judge_trace(scene, params, mm_per_unit, material, &job, &step, &reference, err))
         return false;
     size_t pixels = (size_t)training->width * (size_t)training->height;
     bool ok = (training->mask = dph_alloc(pixels, 1)) || dph_fail_memory(err);
     if (ok)
-        training->pixels = mark_object(reference.pixel, pixels, training->mask);
+        training->pixels = dph_judge_mark(reference.pixel, pixels, training->mask);
     if (ok && !training->pixels)
         ok = dph_fail(err, DPH_ERROR_ARGUMENT, "the camera does not see the object");
     for (int i = 0; i < training->nlight && ok; i++)

@@ -23,6 +23,18 @@ field '.results[1].parameters.gain | length == 3'
 field '.results[3].parameters | (.sigma | length == 3) and (.back | length == 3)'
 field '.results[0].store == null and .results[2].store == "snorm8" and .results[4].bands == 2'
 
+field '.materials[0].all_lights | .lights == 24 and .spp == 32 and .noise > 0 and .view_averaged_rmse == null'
+field 'all(.results[]; .rmse_all_lights > 0 and .rmse_view_averaged == null and .rmse_all_lights_view_averaged == null)'
+
+# beside the response: the truth averaged over views, shsss with the bytes of its forms
+expect 0 compare box.obj -o out $quick --methods shsss,response --noise 1 --lights back
+grep -q 'distance of the average from the picture' stdout || fail "no views in the table"
+jq -e '.materials[0] | .lights[0].view_averaged_rmse >= 0 and .lights[0].view_averaged_noise > 0 and .all_lights.view_averaged_rmse >= 0' out/metrics.json >/dev/null || fail "no distance of the truths"
+jq -e 'all(.results[]; .rmse_view_averaged > 0 and .rmse_all_lights > 0 and .rmse_all_lights_view_averaged > 0)' out/metrics.json >/dev/null || fail "not scored against both"
+jq -e '[.results[] | select(.fitted | not) | [.method, .bands, .shown]] == [["shsss", 6, true], ["shsss", 2, true], ["shsss", 4, false], ["shsss", 3, false],
+    ["response", 6, true], ["response", 4, true], ["response", 3, true]]' out/metrics.json >/dev/null || fail "rows: $(jq -c '[.results[] | [.method, .bands]]' out/metrics.json)"
+grep -q 'distance of the average' out/report.html || fail "no views in the report"
+
 # several materials, a study; another light; the table for people; the folder may exist
 expect 0 compare box.obj -o out $quick --methods lambert --lights front --material marble --material skin1 --spp 2
 grep -q 'noise of the reference' stdout || fail "no noise in the table"
