@@ -35,7 +35,8 @@ struct dph_response_bake_params {
     int directions;         /* of light that comes through without being scattered, 16 to 65536, odd
                              * numbers are raised by one; 1024 */
     uint64_t seed;          /* other numbers give independent noise; 1 */
-    bool plain;             /* positions share nothing: slow, to check by; false */
+    bool smooth;            /* smooth over the surface as far as it lowers the error; true */
+    bool plain;             /* positions share no walks: slow, to check by; false */
     int threads;            /* 0: as many as there are processors; 0 */
     bool portable;          /* use no processor-specific code (the bytes are the same); false */
     dph_progress *progress; /* Nullable; NULL */
@@ -50,7 +51,8 @@ struct dph_response_bake_report {
     double noise;       /* estimated standard error of what is baked: root of the summed squares of
                          * the coefficients' errors over that of the coefficients, of the first 6
                          * bands, all channels, all positions weighted with their area; from the
-                         * scatter of independent passes */
+                         * scatter of independent passes. What smoothing distorts is included */
+    double noise_walks; /* the same before smoothing */
     bool reached;       /* the noise that was asked for; false: most_walks ended it */
     int passes;
     double walks;       /* all together */
@@ -67,7 +69,7 @@ struct dph_response_bake_report {
 /* Bakes into `transfer` (3 channels), which dph_transfer_finish empties. `report` is Nullable.
  * Normals are the angle-weighted ones of the positions. The same input and parameters give the same
  * bytes for any number of threads. The mesh should be closed. Memory beside input and output: about
- * 1 KiB a position, four times that while unscattered light is gathered in 8 bands. False:
+ * 2.5 KiB a position, twice that while unscattered light is gathered in 8 bands. False:
  * DPH_ERROR_ARGUMENT (a parameter out of range), DPH_ERROR_INPUT (an index out of range, a number
  * that is not finite), DPH_ERROR_MEMORY, DPH_ERROR_CAPABILITY (Embree), DPH_ERROR_CANCELLED;
  * `transfer` is then empty. */
