@@ -2,7 +2,7 @@
 #
 #     jq -n -r -f scripts/results.jq docs/results/compare/*/metrics.json >docs/results/compare/README.md
 #
-# A case is a model in a material under a light. Nothing that is said here is written down beforehand: which method is
+# A case is a model in a material, at a size where there are several, under a light. Nothing that is said here is written down beforehand: which method is
 # nearer, how often, and whether a claim holds follow from the figures, by these rules.
 #
 # Error is rmse, without the noise of the reference. Two methods are told apart where their errors a and b in a case differ by
@@ -42,20 +42,31 @@ def light_words: {front: "in front", side: "from the side", back: "from behind"}
 def numbers: if . then "fitted" else "as is" end;
 def titled: split(", ") | [(.[0] | code)] + .[1:] | join(", ");
 
-[inputs | . + {model: (input_filename | split("/") | .[-2] // .[-1])}] as $runs
-| [$runs[] | .model as $model | .materials as $materials | .results[] | select(.shown)
-    | . as $row | ($materials[] | select(.name == $row.material) | .lights[] | select(.light == $row.light)) as $truth
-    | {model: $model, material, light, fitted, method, bands, rmse, psnr, ssim, flip, warning, payload_bytes, bytes_per_vertex,
-       table_bytes,
-       name: (.method + (if .variant then ", " + .variant else "" end)), where: "\($model) in \(.material), \(.light)",
-       noise: .noise.psnr, limit: (4 * .noise.rmse / ($truth.pixels | sqrt))}] as $all
+[inputs | . + {folder: (input_filename | split("/") | .[-2] // .[-1]), size: (.size_mm * 100 | round | . / 100)}
+    | . + {model: (.folder | sub("-[0-9.]+mm$"; ""))}] as $runs
+| ($runs | map(.size) | unique) as $sizes
+| [$runs[] | . as $run | .materials as $materials
+    | .results[] | select(.shown or (.method == "shsss" and (.variant | test("^[0-9]+ bands$"))))
+    | . as $row | ($materials[] | select(.name == $row.material)) as $stuff
+    | ($stuff.lights[] | select(.light == $row.light)) as $truth
+    | ("\($run.model) in \(.material)" + (if ($sizes | length) > 1 then " at \($run.size) mm" else "" end)) as $case
+    | {model: $run.model, size: "\($run.size) mm", case: $case, material, light, fitted, method, bands, rmse, psnr, ssim, flip,
+       warning, payload_bytes, bytes_per_vertex, table_bytes,
+       averaged: .rmse_view_averaged, all: .rmse_all_lights, all_averaged: .rmse_all_lights_view_averaged,
+       apart: $truth.view_averaged_rmse, all_apart: $stuff.all_lights.view_averaged_rmse,
+       name: (.method + (if .variant then ", " + .variant else "" end)), where: "\($case), \(.light)",
+       noise: .noise.psnr, limit: (4 * .noise.rmse / ($truth.pixels | sqrt)),
+       # lights share their walks, so more of them are counted as no more pixels
+       all_limit: (4 * ($stuff.all_lights.noise // 0) / ([$stuff.all_lights.pixels // 1, 1] | max | sqrt))}] as $all
 | ($all | map(select(.rmse == null) | .where) | unique_in_order) as $lost
 | ($all | map(select(.where | IN($lost[]) | not))) as $rows
-| ($runs | map(.model)) as $models
+| ($runs | map(.model) | unique_in_order) as $models
 | ($all | map(.material) | unique_in_order) as $materials
 | ($all | map(.light) | unique_in_order) as $lights
 | ($all | map(.name) | unique_in_order) as $names
-| ($models | length * ($materials | length)) as $npair
+| ($all | map(.case) | unique | length) as $npair
+# one row of every case for what all lights have together
+| ($all | map(select(.light == $lights[0] and .all != null))) as $whole
 
 # ---- what is asked of them ----
 
@@ -81,7 +92,7 @@ def duel($a; $b; $fitted):
        flip: (map(select(.own.flip < .other.flip)) | length),
        # the cases in which $a is farther beyond the noise, the worst first
        lost: (map(select(.own.rmse - .other.rmse > .own.limit)
-                  | {where: "\(.own.where), \($fitted | numbers)", case: "\(.own.model) in \(.own.material)",
+                  | {where: "\(.own.where), \($fitted | numbers)", case: .own.case,
                      own: .own.rmse, other: .other.rmse, ratio: (.own.rmse / ([.other.rmse, 1e-9] | max))}) | sort_by(-.ratio))};
 # a duel for each light and for both kinds of numbers, with {light, fitted}
 def duels($a; $b; $lights): . as $rows | $lights[] as $l | [true, false][] as $f
@@ -116,7 +127,8 @@ def ranked($light; $fitted):
 
 | def opening:
     "# Every method beside the path-traced truth", "",
-    "`diaphan compare` on \($models | listed) in \($materials | listed): \($npair * ($lights | length)) cases, each method "
+    "`diaphan compare` on \($models | listed) in \($materials | listed), "
+        + "\($sizes | map("\(.) mm") | listed) large: \($npair * ($lights | length)) cases, each method "
         + "twice, with the numbers that it derives from the material (as is) and with its free numbers fitted to twelve other "
         + "lights. The protocol, and what each figure means, is in [theory.md](../../theory.md#judging-methods). "
         + "`scripts/results.sh` makes all that is in this folder, this page included; its figures and what is said of them are "
@@ -124,22 +136,24 @@ def ranked($light; $fitted):
     "    scripts/results.sh build/diaphan FOLDER_OF_MODELS docs/results/compare --methods "
         + "\([$all[].method] | unique_in_order | join(","))", "",
     "which calls, in a folder with the models as it prepares them,", "",
-    ($runs[] | "    diaphan compare \(.input) -o \(.model) --methods \([.results[].method] | unique_in_order | join(","))"
+    ($runs[] | "    diaphan compare \(.input) -o \(.folder) --methods \([.results[].method] | unique_in_order | join(","))"
         + (.materials | map(" --material " + .name) | join(""))
         + " --size-mm \(.size_mm) --resolution \(.width)x\(.height) --spp \(.reference.spp)"
         + (if .reference.boundary == "matched" then "" else " --boundary " + .reference.boundary end)),
     "",
     ($runs
-        | map([.model, (.triangles | thousands), ([.materials[].lights[].pixels] | max | thousands),
-               "[pictures](\(.model)/comparison.png), [report](\(.model)/report.html), [figures](\(.model)/metrics.json)"])
-        | table(["model", "triangles", "pixels of the object", "results"])),
+        | map([.model, "\(.size) mm", (.triangles | thousands), ([.materials[].lights[].pixels] | max | thousands),
+               (if .size == $sizes[0] then "[pictures](\(.folder)/comparison.png), " else "" end)
+                   + "[figures](\(.folder)/metrics.json)"])
+        | table(["model", "size", "triangles", "pixels of the object", "results"])),
     "",
     "Drawn by \($first.renderer); reference with \($first.reference.boundary) boundary, light half-angle "
-        + "\($first.light_angle) degrees. The report is one file with its pictures inside: download it and open it in a "
-        + "browser. Milliseconds in reports are of the machine that made them, beside other work; `diaphan bench` is for speed.",
+        + "\($first.light_angle) degrees. The commands also make an HTML report each, with all pictures inside, which is left "
+        + "out here for its size. Milliseconds in sheets and figures are of the machine that made them, beside other work; `diaphan bench` is for speed.",
     "",
     "Error is `rmse`, RMS error / RMS truth of linear luminance without the reference's noise: 0 is the truth, 1 a black "
-        + "picture. Means are over the \($npair) pairs of model and material. \"Beyond the noise\" is a difference of more than "
+        + "picture. Means are over the \($npair) "
+        + (if ($sizes | length) > 1 then "triples of model, material and size" else "pairs of model and material" end) + ". \"Beyond the noise\" is a difference of more than "
         + "two standard deviations; \"nearer\" is said of a method with the lower mean that is ahead beyond the noise in three "
         + "quarters of the cases or more, \"farther\" of the opposite, and \"undecided\" of the rest.", "";
 
@@ -224,18 +238,98 @@ def four:
         | table(["light", "numbers"] + ($models | map(. + ", 4 / 36")))),
       "";
 
+# errors over all directions of light, of the rows of $whole; f: .all or .all_averaged
+def over_all($name; $fitted; f): $whole | average($name; $fitted; f);
+# $a beside $b over all lights: the cases of both
+def whole_duel($a; $fitted_a; $b; $fitted_b; f):
+    ($whole | of($b; $fitted_b) | map({key: .case, value: .}) | from_entries) as $other
+    | [$whole | of($a; $fitted_a)[] | select($other[.case]) | {own: f, other: ($other[.case] | f), limit: .all_limit}
+        | select(.own != null and .other != null)]
+    | {n: length, own: (map(.own) | mean), other: (map(.other) | mean), ahead: (map(select(.own < .other)) | length),
+       clear_ahead: (map(select(.other - .own > .limit)) | length), clear_behind: (map(select(.own - .other > .limit)) | length)};
+def square_share($name): # of the squared error over all lights, what the distance of the truths is
+    ($whole | of($name; false) | map(select(.all_apart != null and .all > 0)))
+    | if length == 0 then null else (map(.all_apart * .all_apart) | add) / (map(.all * .all) | add) end;
+def percent: if . == null then "–" else "\(100 * . | round) %" end;
+
+# the aims of the response, over all lights, by bytes a vertex
+def aims: {"9": .18, "16": .14, "36": .11};
+def peer($name): bytes($name) as $b | $names | map(select(. as $n | ($n | startswith("shsss")) and bytes($n) == $b)) | first;
+
 def response:
-    "### And a response by random walks?", "",
+    ($responses | map(select(. as $r | $whole | any(.name == $r)))) as $forms
+    | ($whole | map(.all_averaged) | any) as $both
+    | "### And a response by random walks?", "",
     ($responses[] as $r | [true, false][] as $f | ($rows | average($r; $f; .rmse)) as $own | select($own != null)
         | "* **\($r | titled), \($f | numbers)**, \(bytes($r)) bytes a vertex: "
             + ([$lights[] as $l | "\($rows | lit($l) | average($r; $f; .rmse) | fix(3)) with the light \($l | light_words)"]
                 | listed)
             + "; mean \($own | fix(3)), against "
-            + ([$many, ("prt", "green-gauss" | select(IN($names[]))) | . as $n | $rows | duel($r; $n; $f)
+            + ([(peer($r) // $many), ("prt", "green-gauss" | select(IN($names[]))) | . as $n | $rows | duel($r; $n; $f)
                 | "\(.other | fix(3)) of \($n | titled) (\(bytes($n)) bytes; the response is \(verdict), ahead in "
                     + "\(count_words))"] | listed)
             + "."),
-    "";
+    "",
+    (if ($forms | length) == 0 then empty else
+      "#### All directions of light, and both truths", "",
+      "Over \($runs[0].materials[0].all_lights.lights) lights that cover the sphere and that nothing is fitted on, all object pixels of all "
+        + "lights together. The response is an average over views and a picture is one view, so both truths are asked: the "
+        + "picture, and the reference averaged over views.", "",
+      ($forms[] as $r | aims["\(bytes($r))"] as $aim | over_all($r; false; .all) as $picture
+        | over_all($r; false; .all_averaged) as $average
+        | "* **\($r | titled), as is**, \(bytes($r)) bytes a vertex: \($picture | fix(3)) from the picture"
+            + (if $average then ", \($average | fix(3)) from the average over views" else "" end)
+            + (if $aim then "; the aim of \($aim | fix(2)) is "
+                + ([["from the picture", $picture, "all"], ["from the average", $average, "all_averaged"]]
+                    | map(select(.[1]) | . as $t
+                        | ($whole | of($r; false) | map(.[$t[2]])) as $each
+                        | "\(if .[1] <= $aim then "reached" else "missed" end) \(.[0]) (in \($each | map(select(. <= $aim)) | length) of "
+                            + "\($each | length) cases)")
+                    | listed) else "" end)
+            + ". "
+            + (peer($r) as $s
+                | if $s then [[true, "fitted"], [false, "as is"]] | map(. as $f
+                    | whole_duel($r; false; $s; $f[0]; .all)
+                    | "\(.clear_ahead) of \(.n) (mean \(against)) where SHSSS is \($f[1])")
+                    | "It is ahead of \($s | titled), of the same bytes, beyond the noise in \(listed)"
+                    + ", each from the picture"
+                  else "There is no SHSSS of the same bytes" end)
+            + "."),
+      (if $both then
+        "* **How much of that are the views?** The two truths are \($whole | of($forms[0]; false) | map(.all_apart) | mean | fix(3)) apart over "
+          + "all lights, \([$lights[] as $l | "\($rows | lit($l) | of($forms[0]; false) | map(.apart) | mean | fix(3)) with the light \($l | light_words)"] | listed): "
+          + "an exact response would have these as its errors. Of the squared error over all lights that is "
+          + ([$forms[] | "\(square_share(.) | percent) of \(titled)"] | listed) + "."
+       else empty end),
+      "",
+      ([$forms[] as $r | $r, (peer($r) | select(. != null))] + ["prt", "green-gauss"] | unique_in_order
+        | map(select(IN($names[])))
+        | [.[] as $n | [false, true][] as $f
+            | [($n | titled), (bytes($n) | fix(0)), ($f | numbers)]
+                + [$lights[] as $l | $rows | lit($l) | average($n; $f; .rmse) | fix(3)] + [over_all($n; $f; .all) | fix(3)]
+                + (if $both then [$lights[] as $l | $rows | lit($l) | average($n; $f; .averaged) | fix(3)]
+                    + [over_all($n; $f; .all_averaged) | fix(3)] else [] end)]
+        | table(["method", "bytes a vertex", "numbers"] + ($lights + ["all lights"])
+            + (if $both then ($lights + ["all lights"] | map(. + ", from the average")) else [] end))),
+      "",
+      (if ($sizes | length) > 1 then
+        "By material and size, over all lights" + (if $both then ", from the picture / from the average over views" else "" end) + ":", "",
+        ([$forms[] as $r | $r, (peer($r) | select(. != null))] + ["prt", "green-gauss"] | unique_in_order
+          | map(select(IN($names[])))
+          | [.[] as $n | [false, true][] as $f | [($n | titled), ($f | numbers)]
+              + [$materials[] as $m | $sizes[] as $z
+                  | $whole | of($n; $f) | map(select(.material == $m and .size == "\($z) mm"))
+                  | "\(map(.all) | mean | fix(3))" + (if $both then " / \(map(.all_averaged) | mean | fix(3))" else "" end)]]
+          | table(["method", "numbers"] + [$materials[] as $m | $sizes[] as $z | "\($m), \($z) mm"])), ""
+       else empty end),
+      (if $both then
+        "Distance of the two truths in every case, as `rmse`:", "",
+        ([$whole | of($forms[0]; false)[] | . as $w
+            | [.case] + [$lights[] as $l | $all | lit($l) | of($forms[0]; false) | map(select(.case == $w.case)) | .[0].apart | fix(3)]
+              + [.all_apart | fix(3)]]
+          | table(["case"] + $lights + ["all lights"])), ""
+       else empty end)
+     end);
 
 # ---- tables ----
 
@@ -294,4 +388,5 @@ by_light("PSNR, dB"; .psnr; 1; "more"), by_light("SSIM"; .ssim; 3; "more"), by_l
 beside_green,
 by_kind("material"; $materials; .material; true, false),
 by_kind("model"; $models; .model; true, false),
+(if ($sizes | length) > 1 then by_kind("size"; $sizes | map("\(.) mm"); .size; true, false) else empty end),
 noise

@@ -1,6 +1,7 @@
 #!/bin/sh
-# Makes docs/results/compare: bunny, candle, head and lucy in three materials by every method beside the reference, and a page of
-# tables and sentences about them.
+# Makes docs/results/compare: bunny, candle, head and lucy in three materials and two sizes by every method beside the reference,
+# and a page of tables and sentences about them. Figures are kept of both sizes, contact sheets of the smaller one; the HTML reports
+# are too large for a repository, and the page says the commands that make them.
 #
 #     scripts/results.sh TOOL MODELS OUT [option of compare ...]
 #
@@ -9,7 +10,9 @@
 #         and is turned here: a binary .ply that is tallest along z gets y for up. Other files are taken as they are
 #   head  Lee Perry-Smith's, CC BY 3.0: samples/media/LPSHead/head.obj of github.com/NVIDIAGameWorks/FaceWorks
 # The bunny is that of Debian's package glmark2-data unless MODELS has one; the candle is made here. Where a model is missing
-# nothing is done. An hour or more on two cores; `--spp 64` is quick, and a later option replaces an earlier one.
+# nothing is done. Less than an hour on two cores, and the time that the response takes to bake; `--spp 32 --noise 0.5` is quick, and
+# a later option replaces an earlier one. What is finished stays where the rest is interrupted, and the page is made of
+# folders by the last lines of this script.
 set -eu
 [ $# -ge 3 ] || { echo "usage: $0 TOOL MODELS OUT [option of compare ...]" >&2; exit 1; }
 here=$(cd "$(dirname "$0")" && pwd)
@@ -63,14 +66,18 @@ fi
 "$tool" candle -o "$work/candle.obj" -q
 
 cd "$work"
-for model in bunny candle head lucy; do
-    file=$(ls $model.*)
-    echo "$model" >&2
-    "$tool" compare "$file" -o $model --material wax --material marble --material skin1 --size-mm 20 --resolution 160x100 \
-        --spp 1024 -q "$@"
-    mkdir -p "$out/$model"
-    mv $model/comparison.png $model/metrics.json $model/report.html "$out/$model/"
+for size in 20 50; do
+    for model in bunny candle head lucy; do
+        file=$(ls $model.*) folder=$model-${size}mm
+        echo "$folder" >&2
+        "$tool" compare "$file" -o $folder --material wax --material marble --material skin1 --size-mm $size \
+            --resolution 160x100 --spp 256 -q "$@"
+        mkdir -p "$out/$folder"
+        mv $folder/metrics.json "$out/$folder/"
+        [ $size != 20 ] || mv $folder/comparison.png "$out/$folder/"
+    done
 done
 cd "$out"
-jq -n -r -f "$here/results.jq" bunny/metrics.json candle/metrics.json head/metrics.json lucy/metrics.json >"$work/README.md"
+jq -n -r -f "$here/results.jq" bunny-20mm/metrics.json candle-20mm/metrics.json head-20mm/metrics.json lucy-20mm/metrics.json \
+    bunny-50mm/metrics.json candle-50mm/metrics.json head-50mm/metrics.json lucy-50mm/metrics.json >"$work/README.md"
 mv "$work/README.md" README.md
