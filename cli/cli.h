@@ -78,6 +78,7 @@ struct settings {
 
     double seconds; /* bench: a measurement at least */
     int repeat;     /* bench draw: copies of the mesh */
+    int check;      /* bench response: times the walks of the bake to check by; 0: none */
     int nsize;
     int size[MAX_SIZES]; /* bench bake: triangles of made-up meshes */
 
@@ -199,6 +200,17 @@ bool show_transfer_compression(const struct settings *settings, struct dph_scene
 /* Bakes made-up meshes of settings->size triangles; rows to `json` or, where that is NULL, a
  * table. Returns an exit code. */
 int bench_scale(const struct settings *settings, struct json *json);
+
+/* bench_response.c */
+/* Measures the response bake, of settings->input[1] and on; rows to `json` or, where that is NULL,
+ * a table. Returns an exit code. */
+int bench_response(const struct settings *settings, struct json *json);
+
+/* cmd_bench.c */
+extern const char *const bench_bunny; /* where glmark2-data has it */
+/* The body with most triangles stands for a file. NULL: complained, *code is the exit code. */
+struct dph_body *largest_body(const struct settings *settings, struct dph_scene *scene,
+                              const char *path, int *code);
 
 /* bench_draw.c */
 /* Measures drawing, of settings->input[1] and on. Returns an exit code. */

@@ -8,6 +8,7 @@
  * over the list, a different part every time. Pairs are (position, direction). */
 #define _POSIX_C_SOURCE 200809L
 #include "cli.h"
+#include "commit.h"
 
 #include <diaphan/trace.h>
 
@@ -23,9 +24,10 @@ static const char *const takes[] = {"output", "directions", "fit", "seconds", "s
                                     /* draw */
                                     "methods", "camera", "resolution", "use-bands", "lights",
                                     "repeat-mesh", "material", "size-mm", "map-size", "samples",
-                                    NULL};
+                                    /* response */
+                                    "noise", "seed", "check", NULL};
 
-static const char *const BUNNY = "/usr/share/glmark2/models/bunny.obj";
+const char *const bench_bunny = "/usr/share/glmark2/models/bunny.obj";
 
 enum { ENGINES = 2, SWEEP = 0, EMBREE = 1, RAY_DIRECTIONS = 8, MAX_ROWS = 8, TURNS = 5 };
 static const char *const engine_name[ENGINES] = {"sweep", "embree"};
@@ -251,10 +253,6 @@ static int bench_model(const struct settings *settings, const char *name,
             for (int engine = 0; engine < ENGINES; engine++)
                 rows[nrow++] = (struct row){
                     .engine = engine, .threads = t ? all : 1, .definition = definitions[d]};
-    if (!mesh->ntri) {
-        complain(settings, "%s: no triangles to measure", name);
-        return EXIT_INPUT;
-    }
     if (!model_init(&model, name, mesh, &err))
         return report_error(settings, &err);
     progress_begin(&progress, settings, name);
@@ -273,24 +271,28 @@ static int bench_model(const struct settings *settings, const char *name,
     return EXIT_DONE;
 }
 
+struct dph_body *largest_body(const struct settings *settings, struct dph_scene *scene,
+                              const char *path, int *code)
+{
+    struct dph_body *largest = NULL;
+    for (size_t b = 0; b < scene->nbody; b++)
+        if (scene->body[b].mesh.ntri > (largest ? largest->mesh.ntri : 0))
+            largest = &scene->body[b];
+    if (!largest) {
+        complain(settings, "%s: no triangles to measure", path);
+        *code = EXIT_INPUT;
+    }
+    return largest;
+}
+
 static int bench_file(const struct settings *settings, const char *path, struct json *json)
 {
     int code = EXIT_DONE;
     struct dph_scene *scene = load_scene(settings, path, &code);
-    if (!scene)
-        return code;
-    /* the largest body stands for the file */
-    size_t largest = 0;
-    for (size_t b = 1; b < scene->nbody; b++)
-        if (scene->body[b].mesh.ntri > scene->body[largest].mesh.ntri)
-            largest = b;
+    struct dph_body *body = scene ? largest_body(settings, scene, path, &code) : NULL;
     const char *slash = strrchr(path, '/');
-    if (scene->nbody) {
-        code = bench_model(settings, slash ? slash + 1 : path, &scene->body[largest].mesh, json);
-    } else {
-        complain(settings, "%s: no triangles to measure", path);
-        code = EXIT_INPUT;
-    }
+    if (body)
+        code = bench_model(settings, slash ? slash + 1 : path, &body->mesh, json);
     dph_scene_destroy(scene);
     return code;
 }
@@ -318,6 +320,21 @@ static void keep_memory(void)
 #endif
 }
 
+static int bench_bake(const struct settings *settings, struct json *json)
+{
+    int code = EXIT_DONE;
+    if (settings->nsize)
+        code = bench_scale(settings, settings->json ? json : NULL);
+    for (int i = 1; i < settings->ninput && code == EXIT_DONE; i++)
+        code = bench_file(settings, settings->input[i], json);
+    if (settings->ninput == 1 && !settings->nsize) {
+        code = bench_candle(settings, json);
+        if (code == EXIT_DONE && access(bench_bunny, R_OK) == 0)
+            code = bench_file(settings, bench_bunny, json);
+    }
+    return code;
+}
+
 static int run(struct settings *settings)
 {
     int code = EXIT_DONE;
@@ -325,15 +342,20 @@ static int run(struct settings *settings)
     char cpu[128], *text = NULL;
     size_t length = 0;
     FILE *stream = NULL;
-    const bool draw = strcmp(settings->input[0], "draw") == 0;
-    if (!draw && strcmp(settings->input[0], "bake") != 0) {
-        complain(settings, "'%s' is nothing to measure; there are: bake, draw", settings->input[0]);
+    const char *what = settings->input[0];
+    const bool draw = strcmp(what, "draw") == 0, response = strcmp(what, "response") == 0;
+    if (!draw && !response && strcmp(what, "bake") != 0) {
+        complain(settings, "'%s' is nothing to measure; there are: bake, draw, response", what);
+        return EXIT_USAGE;
+    }
+    if (settings->check && !response) {
+        complain(settings, "--check is of bench response");
         return EXIT_USAGE;
     }
     if (draw)
         keep_memory();
     if (!draw && settings->output) {
-        complain(settings, "bench bake writes no files, only bench draw does");
+        complain(settings, "bench %s writes no files, only bench draw does", what);
         return EXIT_USAGE;
     }
     for (int i = 1; i < settings->ninput; i++) /* not after minutes of measuring */
@@ -351,20 +373,22 @@ static int run(struct settings *settings)
         }
         emit_begin(&json, stream);
         emit_text(&json, "cpu", cpu);
+        if (response) {
+            emit_text(&json, "commit", DPH_COMMIT);
+            emit_number(&json, "noise", settings->noise);
+            emit_count(&json, "check", (size_t)settings->check);
+        }
         emit_array(&json, "results");
+    } else if (response) {
+        printf("diaphan %s, commit %s, on %s\n", dph_version(), DPH_COMMIT, cpu);
     } else {
         printf("diaphan %s on %s, %d directions\n", dph_version(), cpu,
                (settings->bake.directions + 1) & ~1);
     }
-    if (settings->nsize)
-        code = bench_scale(settings, settings->json ? &json : NULL);
-    for (int i = 1; i < settings->ninput && code == EXIT_DONE; i++)
-        code = bench_file(settings, settings->input[i], &json);
-    if (settings->ninput == 1 && !settings->nsize) {
-        code = bench_candle(settings, &json);
-        if (code == EXIT_DONE && access(BUNNY, R_OK) == 0)
-            code = bench_file(settings, BUNNY, &json);
-    }
+    if (response)
+        code = bench_response(settings, settings->json ? &json : NULL);
+    else
+        code = bench_bake(settings, &json);
     if (settings->json) {
         emit_close(&json, ']');
         emit_end(&json);
@@ -379,13 +403,14 @@ static int run(struct settings *settings)
 const struct command command_bench = {
     .name = "bench",
     .summary = "measure speed",
-    .usage = "bake|draw [INPUT ...] [options]",
+    .usage = "bake|draw|response [INPUT ...] [options]",
     .examples = "  diaphan bench bake\n"
                 "  diaphan bench bake bunny.obj lucy.ply --seconds 3 --json\n"
                 "  diaphan bench bake --scale 250000,500000,1000000\n"
                 "  diaphan bench draw -o results\n"
                 "  diaphan bench draw bunny.obj --methods shsss,green --resolution 1920x1080\n"
-                "  diaphan bench draw --methods shsss,prt-cpca --lights 1,2,4,8,16\n",
+                "  diaphan bench draw --methods shsss,prt-cpca --lights 1,2,4,8,16\n"
+                "  diaphan bench response bunny.obj --material wax --size-mm 20 --check 16\n",
     .notes = "bake: pairs of position and direction a second, the sweep beside Embree's rays "
              "(rtcIntersect1 for the first\n"
              "exit, a filter for all hits), one thread and all of them, in one run. Of a file with "
@@ -401,7 +426,13 @@ const struct command command_bench = {
              "candle without INPUT. Lights turn\n"
              "before every frame. --seconds is a measurement's time. --lights measures growth "
              "instead: near, unshared and indexed.\n"
-             "-o FOLDER gets chart.svg, chart.png, report.md and results.json, growth included.\n",
+             "-o FOLDER gets chart.svg, chart.png, report.md and results.json, growth included.\n"
+             "response: seconds, walks and noise of the response bake, of a file's largest body, in "
+             "every --material; wax at 20 mm\n"
+             "and marble at 50 where nothing else is said; without INPUT of that bunny, else of the "
+             "candle. --check shows how far\n"
+             "each bake is from a better one, beside the noise that it told. --size-mm is that "
+             "body's largest side.\n",
     .options = takes,
     .min_inputs = 1,
     .max_inputs = MAX_INPUTS,
