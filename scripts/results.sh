@@ -21,7 +21,8 @@ shift 3
 mkdir -p "$out"
 out=$(realpath "$out")
 work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
+running=
+trap '[ -z "$running" ] || kill $running 2>/dev/null || :; rm -rf "$work"' EXIT
 trap 'exit 130' INT TERM
 
 # the models under names without folders, which is how reports call them
@@ -66,12 +67,22 @@ fi
 "$tool" candle -o "$work/candle.obj" -q
 
 cd "$work"
-for size in 20 50; do
-    for model in bunny candle head lucy; do
-        file=$(ls $model.*) folder=$model-${size}mm
+# both sizes of a model at once: drawing by software keeps little more than one processor busy
+for model in bunny candle head lucy; do
+    file=$(ls $model.*)
+    for size in 20 50; do
+        folder=$model-${size}mm
         echo "$folder" >&2
         "$tool" compare "$file" -o $folder --material wax --material marble --material skin1 --size-mm $size \
-            --resolution 160x100 --spp 256 -q "$@"
+            --resolution 160x100 --spp 256 -q "$@" &
+        running="$running $!"
+    done
+    for process in $running; do
+        wait "$process"
+    done
+    running=
+    for size in 20 50; do
+        folder=$model-${size}mm
         mkdir -p "$out/$folder"
         mv $folder/metrics.json "$out/$folder/"
         [ $size != 20 ] || mv $folder/comparison.png "$out/$folder/"
