@@ -2,12 +2,16 @@
  *
  * A file may write every corner of every triangle as a vertex of its own, and triangles in any
  * order. Here vertices that are equal in everything that is drawn become one row; triangles are put
- * in an order in which a vertex is used again while its shaded result is still at hand (T. Forsyth,
- * "Linear-speed vertex cache optimisation", 2006, as libmeshoptimizer has refined it), patches of
- * them so that those that face outward come first and hide the rest (P. Sander, D. Nehab, J.
- * Barczak, "Fast triangle reordering for vertex locality and reduced overdraw", SIGGRAPH 2007), and
- * rows in the order of their first use. Triangles keep their corners and these their order, so that
- * the picture is the same. The same mesh gives the same order. */
+ * in an order in which a vertex is used again while its shaded result is still at hand, fans around
+ * one vertex after the other (P. Sander, D. Nehab, J. Barczak, "Fast triangle reordering for vertex
+ * locality and reduced overdraw", SIGGRAPH 2007, section 3, as libmeshoptimizer has it), and rows in
+ * the order of their first use. Triangles keep their corners and these their order, so that the
+ * picture is the same. The same mesh gives the same order.
+ *
+ * Left out after measurements (candle, llvmpipe, 36 coefficients): the paper's second step, patches
+ * that face outward first, took 4 % more of a frame from afar and saved nothing from near, where a
+ * body hides little of itself; T. Forsyth's scores shade a fifth fewer vertices with a cache of 16 and
+ * take 2 % more, as triangles follow each other less regularly. */
 #include "render/draw.h"
 
 #include "core/fail.h"
@@ -19,8 +23,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* How much worse vertices may be reused for the sake of hiding, as libmeshoptimizer advises. */
-static const float OVERDRAW = 1.05F;
+/* Vertices that are taken for being at hand. Drivers differ, from 16 to a thousand indices; at 24 and
+ * 64 frames took 1 to 2 % longer. */
+enum { CACHE = 32 };
 
 /* All that makes two vertices differ in some picture. Transfer vectors belong to positions. */
 static size_t streams_of(const struct dph_body *body, struct meshopt_Stream *stream)
@@ -51,7 +56,6 @@ bool dph_gpu_body_order(struct dph_gpu_body *gpu, const struct dph_body *body, u
     size_t streams = streams_of(body, stream), unique;
     uint32_t *shared = dph_alloc(mesh->nvert, sizeof *shared), *moved = NULL;
     uint32_t *grouped = dph_alloc(corners, sizeof *grouped);
-    float *position = NULL;
     bool ok = false;
     gpu->row_of = dph_alloc(mesh->nvert, sizeof *gpu->row_of);
     if (!shared || !grouped || !gpu->row_of) {
@@ -60,20 +64,16 @@ bool dph_gpu_body_order(struct dph_gpu_body *gpu, const struct dph_body *body, u
     }
     unique = meshopt_generateVertexRemapMulti(shared, mesh->index, corners, mesh->nvert, stream,
                                               streams);
-    position = dph_alloc(unique, 3 * sizeof *position);
     moved = dph_alloc(unique, sizeof *moved);
     gpu->vertex = dph_alloc(unique, sizeof *gpu->vertex);
-    if (!position || !moved || !gpu->vertex) {
+    if (!moved || !gpu->vertex) {
         dph_fail_memory(err);
         goto error;
     }
     meshopt_remapIndexBuffer(index, mesh->index, corners, shared);
-    meshopt_remapVertexBuffer(position, mesh->position, mesh->nvert, 3 * sizeof *position, shared);
-    meshopt_optimizeVertexCache(grouped, index, corners, unique);
-    meshopt_optimizeOverdraw(index, grouped, corners, position, unique, 3 * sizeof *position,
-                             OVERDRAW);
-    gpu->nvert = meshopt_optimizeVertexFetchRemap(moved, index, corners, unique);
-    meshopt_remapIndexBuffer(index, index, corners, moved);
+    meshopt_optimizeVertexCacheFifo(grouped, index, corners, unique, CACHE);
+    gpu->nvert = meshopt_optimizeVertexFetchRemap(moved, grouped, corners, unique);
+    meshopt_remapIndexBuffer(index, grouped, corners, moved);
     for (size_t v = mesh->nvert; v-- > 0;) { /* the first of equal vertices has the last word */
         gpu->row_of[v] = shared[v] == UINT32_MAX ? UINT32_MAX : moved[shared[v]];
         if (gpu->row_of[v] != UINT32_MAX)
@@ -85,6 +85,5 @@ error:
     free(shared);
     free(moved);
     free(grouped);
-    free(position);
     return ok;
 }
