@@ -166,6 +166,25 @@ static void write_table(FILE *stream, const struct bench_result *result,
     fprintf(stream, "\n\n");
 }
 
+/* How sure the ratios are, and what the machine did beside. */
+static void write_certainty(FILE *stream, const struct bench_run *run)
+{
+    double others = 0.0, worst = 0.0, sum = 0.0;
+    int count = 0;
+    for (int i = 0; i < run->nresult; i++)
+        for (int r = 0; r < run->result[i].nrow; r++) {
+            const struct dph_timing *timing = &run->result[i].row[r].timing;
+            others += timing->others;
+            worst = fmax(worst, timing->ratio_error / timing->ratio);
+            sum += timing->ratio_error / timing->ratio;
+            count++;
+        }
+    fprintf(stream,
+            "* Standard error of a ratio: %.1f %% in the mean, %.1f %% at most; other processes "
+            "kept %.2f processors busy meanwhile\n",
+            100.0 * sum / count, 100.0 * worst, others / count);
+}
+
 static void write_report(FILE *stream, const struct settings *settings, const struct bench_run *run)
 {
     char a[32], b[32], c[32], name[64];
@@ -191,6 +210,7 @@ static void write_report(FILE *stream, const struct settings *settings, const st
             run->result[0].row[0].timing.gpu ? "the GPU's timer"
                                              : "glFinish and a clock (the driver's timers do not "
                                                "count what a software rasteriser does)");
+    write_certainty(stream, run);
     if (is_given(settings, "camera"))
         fprintf(stream, "* Camera at azimuth %g, elevation %g, %g bounding-sphere radii away\n\n",
                 settings->camera.azimuth, settings->camera.elevation, settings->camera.distance);

@@ -65,7 +65,9 @@ static void print_row(struct json *json, const struct bench_result *result,
     emit_number(json, "cpu_ms", row->timing.cpu_ms);
     emit_number(json, "drift", row->drift);
     emit_number(json, "ratio_to_lambert", row->timing.ratio);
+    emit_number(json, "ratio_error", row->timing.ratio_error);
     emit_number(json, "ratio_to_unshared_lambert", row->unshared_ratio);
+    emit_number(json, "others", row->timing.others);
     emit_number(json, "bytes_per_vertex", row->cost.bytes_per_vertex);
     emit_count(json, "table_bytes", row->cost.table_bytes);
     emit_text(json, "clock", row->timing.gpu ? "gpu" : "finish");

@@ -122,8 +122,9 @@ struct dph_timing_job {
 /* struct dph_timing_params p = dph_timing_defaults(); */
 struct dph_timing_params {
     double seconds;         /* of counted frames a description, at least; above 0, to 3600; 1  */
-    int rounds;             /* in so many turns, two frames each at least, 1 to 1000; 24. Long frames
-                             * get fewer turns, 12 at least                                   */
+    int rounds;             /* in so many turns, two frames each at least, 1 to 1000; 20. Long frames
+                             * get fewer turns, 12 at least; what is uncertain gets up to 3
+                             * in 10 more                                                     */
     dph_progress *progress; /* Nullable; NULL                                                 */
     void *progress_user;
 };
@@ -134,7 +135,11 @@ struct dph_timing {
     double ms_median, ms_p05, ms_p95; /* of a frame: median, 5th and 95th percentile          */
     double cpu_ms; /* median time until all calls of a frame are made; with a software rasteriser
                     * the vertex stage is part of it                                          */
-    double ratio;  /* to description 0: of the shortest frames of a round; median over the rounds */
+    double ratio;  /* to description 0: of the median frames of a round; median over the rounds
+                    * in which the machine did little else                                    */
+    double ratio_error; /* its standard error                                                 */
+    double others; /* processors that other processes kept busy meanwhile, mean; 0 where the system
+                    * does not say                                                            */
     bool gpu;      /* the clock: true, the GPU's timer (GL_TIME_ELAPSED); false, from a frame's first
                     * call to the end of its glFinish                                         */
 };

@@ -4,11 +4,19 @@
  * slows all that is measured within a short time alike, so the descriptions take turns. A round
  * gives each of them a block of a few frames, in an order that shifts by one from round to
  * round, so that nobody always follows the same neighbour; a block's first frame, which finds
- * the caches full of the neighbour's data, does not count. What a block says is its shortest
- * frame, since whatever interrupts a frame only adds to it. In every round this is divided by
- * that of the first description, the base line, and the median of these ratios over the rounds
- * is the ratio. Times themselves are quantiles over all frames. A description with long frames
- * sits out some rounds, spread evenly: its time is bounded, and the base line is always there.
+ * the caches full of the neighbour's data, does not count. What a block says is its median frame:
+ * the shortest of many short frames would have met a quieter moment than the shorter of two long
+ * ones. In every round this is divided by that of the first description, the base line, and the
+ * median of these ratios over the rounds is the ratio. Times themselves are quantiles over all
+ * frames. A description with long frames sits out some rounds, spread evenly: its time is bounded,
+ * and the base line is always there.
+ *
+ * Work of others is not fair: through what the units of a core share it slows the vertices of a
+ * software rasteriser, which one thread works at, more than pixels, which all threads do. So
+ * rounds during which others took more than a little of a processor do not count towards a ratio,
+ * if enough remain. A ratio's error is that of a median, 1.253 s / sqrt(n), with s half the width
+ * of the middle 68 percent of its rounds. Where it is too large after all rounds, or too many of
+ * them were disturbed, some more follow for these descriptions and the base line.
  *
  * Lights turn about the vertical before every frame, so that what the CPU computes once a light
  * is part of the frame, and depth maps are drawn anew: a little from frame to frame, by the
@@ -37,12 +45,16 @@ enum {
     WARM_MOST = 50,
     BLOCK_LEAST = 2, /* frames that count */
     ROUNDS_LEAST = 12,
+    ROUNDS_QUIET = 6, /* undisturbed ones that are enough for a ratio */
     MOST_ROUNDS = 1000
 };
 static const double WARM_SECONDS = .15;
 static const double STRETCH = 1.8; /* times the seconds asked for: where rounds are left out */
 static const double GOLDEN = 2.39996322972865332; /* pi (3 - sqrt(5)) */
 static const double STEP = .01;                   /* radians a frame  */
+static const double MORE = .3; /* of the rounds asked for may follow */
+static const double UNCERTAIN = .02; /* a relative error of a ratio that asks for them */
+static const double DISTURBED = .15; /* processors that others take: the clock has steps of .06 */
 
 /* The frames of one description. */
 struct series {
@@ -50,8 +62,8 @@ struct series {
     double *ms;
     size_t cpu_count, cpu_room;
     double *cpu;
-    double *round; /* (rounds) shortest frame of a block; 0: sat out */
-    int rounds;    /* that it takes part in */
+    double *round; /* (rounds) median frame of a block; 0: sat out */
+    int rounds;    /* that it takes part in, of those asked for    */
 };
 
 struct measurement {
@@ -60,11 +72,14 @@ struct measurement {
     GLuint query[QUERIES];
     bool gpu;
     struct series *series;
+    double *others; /* (rounds) processors that others took  */
+    double *ratio;  /* (rounds) room for those of a series   */
+    int rounds;     /* made so far                           */
 };
 
 struct dph_timing_params dph_timing_defaults(void)
 {
-    return (struct dph_timing_params){.seconds = 1, .rounds = 24};
+    return (struct dph_timing_params){.seconds = 1, .rounds = 20};
 }
 
 bool dph_gl_timers(void)
@@ -197,22 +212,53 @@ static bool run_block(struct measurement *m, size_t j, int round, double seconds
     while (m->gpu && collected < done)
         if (!collect(m, series, collected++, err))
             return false;
-    double least = INFINITY;
-    for (size_t i = first; i < series->count; i++)
-        least = fmin(least, series->ms[i]);
-    series->round[round] = fmax(least, 1e-9); /* a timer may say 0 */
+    qsort(series->ms + first, series->count - first, sizeof *series->ms, compare);
+    double middle = quantile(series->ms + first, series->count - first, .5);
+    series->round[round] = fmax(middle, 1e-9); /* a timer may say 0 */
     return dph_gl_check("measurement", err);
 }
 
-static void summarise(const struct measurement *m, size_t j, int rounds, double *ratio,
-                      struct dph_timing *timing)
+/* The ratio of a series and its error: of undisturbed rounds, or of all where these are few. */
+static double ratio_of(const struct measurement *m, size_t j, double *error)
+{
+    const struct series *series = &m->series[j];
+    size_t n = 0;
+    for (int all = 0; all < 2 && n < ROUNDS_QUIET; all++) {
+        n = 0;
+        for (int r = 0; r < m->rounds; r++)
+            if (series->round[r] > 0 && (all || m->others[r] <= DISTURBED))
+                m->ratio[n++] = series->round[r] / m->series[0].round[r];
+    }
+    qsort(m->ratio, n, sizeof *m->ratio, compare);
+    double middle = quantile(m->ratio, n, .5);
+    double width = quantile(m->ratio, n, .84) - quantile(m->ratio, n, .16);
+    *error = 1.2533 * width / 2 / sqrt((double)n);
+    return middle;
+}
+
+/* Whether another round is made, and for whom. */
+static bool wants_more(const struct measurement *m, size_t count, bool *more)
+{
+    bool any = false;
+    for (size_t j = 1; j < count; j++) {
+        double error;
+        int quiet = 0;
+        for (int r = 0; r < m->rounds; r++)
+            quiet += m->series[j].round[r] > 0 && m->others[r] <= DISTURBED;
+        const double ratio = ratio_of(m, j, &error);
+        more[j] = error > UNCERTAIN * ratio || quiet < ROUNDS_QUIET;
+        any = any || more[j];
+    }
+    more[0] = any;
+    return any;
+}
+
+static void summarise(const struct measurement *m, size_t j, struct dph_timing *timing)
 {
     struct series *series = &m->series[j];
-    size_t part = 0;
-    for (int r = 0; r < rounds; r++)
-        if (series->round[r] > 0)
-            ratio[part++] = series->round[r] / m->series[0].round[r];
-    qsort(ratio, part, sizeof *ratio, compare);
+    double error, ratio = ratio_of(m, j, &error), others = 0;
+    for (int r = 0; r < m->rounds; r++)
+        others += m->others[r] / m->rounds;
     qsort(series->ms, series->count, sizeof *series->ms, compare);
     qsort(series->cpu, series->cpu_count, sizeof *series->cpu, compare);
     *timing = (struct dph_timing){.frames = series->count,
@@ -220,8 +266,33 @@ static void summarise(const struct measurement *m, size_t j, int rounds, double 
                                   .ms_p05 = quantile(series->ms, series->count, .05),
                                   .ms_p95 = quantile(series->ms, series->count, .95),
                                   .cpu_ms = quantile(series->cpu, series->cpu_count, .5),
-                                  .ratio = j ? quantile(ratio, part, .5) : 1,
+                                  .ratio = j ? ratio : 1,
+                                  .ratio_error = j ? error : 0,
+                                  .others = others,
                                   .gpu = m->gpu};
+}
+
+/* Round number m->rounds, for those with `more`, or, NULL, for those whose turn it is. */
+static bool run_round(struct measurement *m, size_t count, const struct dph_timing_params *params,
+                      const bool *more, struct dph_error *err)
+{
+    const size_t round = (size_t)m->rounds, rounds = (size_t)params->rounds;
+    const size_t last = rounds + (size_t)(MORE * params->rounds);
+    const double start = dph_seconds(), others = dph_seconds_others();
+    for (size_t i = 0; i < count; i++) {
+        const size_t j = (round + i) % count, part = (size_t)m->series[j].rounds;
+        const bool turn =
+            more ? more[j] : (round + 1) * part / rounds > round * part / rounds;
+        if (turn && !run_block(m, j, (int)round, params->seconds / (double)part, err))
+            return false;
+        if (params->progress &&
+            !params->progress(params->progress_user, (double)(round * count + i + 1) /
+                                                         (double)(last * count)))
+            return dph_fail(err, DPH_ERROR_CANCELLED, "cancelled");
+    }
+    m->others[round] = fmax(dph_seconds_others() - others, 0) / (dph_seconds() - start);
+    m->rounds++;
+    return true;
 }
 
 bool dph_renderer_measure(const struct dph_timing_job *job, size_t count,
@@ -229,42 +300,41 @@ bool dph_renderer_measure(const struct dph_timing_job *job, size_t count,
                           struct dph_error *err)
 {
     struct measurement m = {.job = job};
-    double *ratio = NULL;
-    bool ok = false;
+    bool *more = NULL, ok = false;
     if (!count || !(params->seconds > 0 && params->seconds <= 3600) || params->rounds < 1 ||
         params->rounds > MOST_ROUNDS)
         return dph_fail(err, DPH_ERROR_ARGUMENT, "%zu measurements of %g s in %d rounds", count,
                         params->seconds, params->rounds);
-    const size_t rounds = (size_t)params->rounds;
+    const int last = params->rounds + (int)(MORE * params->rounds);
     m.gpu = dph_gl_timers();
     if (m.gpu)
         glGenQueries(QUERIES, m.query);
     m.series = dph_alloc_zero(count, sizeof *m.series);
-    ratio = dph_alloc(rounds, sizeof *ratio);
+    m.others = dph_alloc_zero((size_t)last, sizeof *m.others);
+    m.ratio = dph_alloc((size_t)last, sizeof *m.ratio);
+    more = dph_alloc_zero(count, sizeof *more);
     for (size_t j = 0; m.series && j < count; j++)
-        m.series[j].round = dph_alloc_zero(rounds, sizeof *m.series[j].round);
+        m.series[j].round = dph_alloc_zero((size_t)last, sizeof *m.series[j].round);
     for (size_t j = 0; j < count; j++)
-        if (!ratio || !m.series || !m.series[j].round) {
+        if (!m.ratio || !m.others || !more || !m.series || !m.series[j].round) {
             dph_fail_memory(err);
             goto error;
         }
     for (size_t j = 0; j < count; j++)
         if (!warm_up(&m, j, params, err))
             goto error;
-    for (size_t round = 0, step = 0; round < rounds; round++)
-        for (size_t i = 0; i < count; i++) {
-            const size_t j = (round + i) % count, part = (size_t)m.series[j].rounds;
-            if ((round + 1) * part / rounds > round * part / rounds &&
-                !run_block(&m, j, (int)round, params->seconds / (double)part, err))
-                goto error;
-            if (params->progress && !params->progress(params->progress_user,
-                                                      (double)++step / (double)(rounds * count))) {
-                dph_fail(err, DPH_ERROR_CANCELLED, "cancelled");
-                goto error;
-            }
-        }
-    for (size_t j = count; j-- > 0;) /* the base line last: its blocks are still needed */
-        summarise(&m, j, params->rounds, ratio, &timing[j]);
+    while (m.rounds < params->rounds)
+        if (!run_round(&m, count, params, NULL, err))
+            goto error;
+    while (m.rounds < last && wants_more(&m, count, more))
+        if (!run_round(&m, count, params, more, err))
+            goto error;
+    if (m.rounds < last && params->progress && !params->progress(params->progress_user, 1)) {
+        dph_fail(err, DPH_ERROR_CANCELLED, "cancelled");
+        goto error;
+    }
+    for (size_t j = count; j-- > 0;)
+        summarise(&m, j, &timing[j]);
     ok = true;
 
 error:
@@ -274,7 +344,9 @@ error:
         free(m.series[j].round);
     }
     free(m.series);
-    free(ratio);
+    free(m.others);
+    free(m.ratio);
+    free(more);
     dph_target_finish(&m.target);
     if (m.gpu)
         glDeleteQueries(QUERIES, m.query);
