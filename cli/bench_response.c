@@ -15,6 +15,7 @@
 
 #include <math.h>
 #include <string.h>
+#include <time.h>
 #include <unistd.h>
 
 /* Materials without --material, each in the size without --size-mm. */
@@ -35,6 +36,7 @@ struct row {
     double size_mm, mm_per_unit;
     struct dph_response_bake_report told, check;
     double seconds, check_seconds;
+    double cpu_seconds; /* of all threads: threads times seconds on a quiet machine, or less */
     double found; /* NaN without --check */
 };
 
@@ -102,8 +104,10 @@ static bool measure(const struct settings *settings, struct row *row, struct dph
     params.seed = (uint64_t)settings->seed;
     params.threads = settings->threads;
     row->found = NAN;
+    clock_t begin = clock();
     if (!bake(settings, row, "", &params, &rough, &row->told, &row->seconds, err))
         goto error;
+    row->cpu_seconds = (double)(clock() - begin) / CLOCKS_PER_SEC;
     if (settings->check) {
         params.noise = 0;
         params.smooth = false;
@@ -124,8 +128,8 @@ error:
 
 static void print_head(const struct settings *settings)
 {
-    printf("\nmodel            positions  material  size mm  threads  seconds  walks/position  "
-           "noise of walks  noise told  reached");
+    printf("\nmodel            positions  material  size mm  threads  seconds  CPU seconds  "
+           "walks/position  noise of walks  noise told  reached");
     if (settings->check)
         printf("  noise found  found/told  check: walks/position   noise  seconds");
     printf("\n");
@@ -135,9 +139,10 @@ static void print_head(const struct settings *settings)
 static void print_row(const struct settings *settings, const struct row *row)
 {
     const struct dph_response_bake_report *told = &row->told;
-    printf("%-15s  %9zu  %-8s  %7g  %7d  %7.1f  %14.0f  %14.4f  %10.4f  %7s", row->model,
-           told->positions, row->material.name, row->size_mm, told->threads, row->seconds,
-           walks_each(told), told->noise_walks, told->noise, told->reached ? "yes" : "no");
+    printf("%-15s  %9zu  %-8s  %7g  %7d  %7.1f  %11.1f  %14.0f  %14.4f  %10.4f  %7s",
+           row->model, told->positions, row->material.name, row->size_mm, told->threads,
+           row->seconds, row->cpu_seconds, walks_each(told), told->noise_walks, told->noise,
+           told->reached ? "yes" : "no");
     if (settings->check)
         printf("  %11.4f  %10.2f  %21.0f  %6.4f  %7.1f", row->found, row->found / told->noise,
                walks_each(&row->check), row->check.noise_walks, row->check_seconds);
@@ -157,6 +162,7 @@ static void emit_row(struct json *json, const struct settings *settings, const s
     emit_number(json, "mm_per_unit", row->mm_per_unit);
     emit_count(json, "threads", (size_t)told->threads);
     emit_number(json, "seconds", row->seconds);
+    emit_number(json, "cpu_seconds", row->cpu_seconds);
     emit_number(json, "walks_per_position", walks_each(told));
     emit_number(json, "noise_walks", told->noise_walks);
     emit_number(json, "noise", told->noise);
