@@ -135,7 +135,7 @@ struct dph_timing {
     double ms_median, ms_p05, ms_p95; /* of a frame: median, 5th and 95th percentile          */
     double cpu_ms; /* median time until all calls of a frame are made; with a software rasteriser
                     * the vertex stage is part of it                                          */
-    double ratio;  /* to description 0: of the median frames of a round; median over the rounds
+    double ratio;  /* to description 0: of the shortest frames of a round; median over the rounds
                     * in which the machine did little else                                    */
     double ratio_error; /* its standard error                                                 */
     double others; /* processors that other processes kept busy meanwhile, mean; 0 where the system
