@@ -85,6 +85,7 @@ static struct dph_reference_options options_of(const struct settings *settings,
     o.material = *material;
     o.boundary = (enum dph_boundary)settings->boundary;
     o.view_averaged = settings->view_averaged;
+    o.straight = false; /* as in what is baked to be drawn */
     o.camera = settings->camera;
     o.width = settings->width;
     o.height = settings->height;

@@ -111,6 +111,11 @@ static void views_are_averaged_without_scattering(void **state)
         for (size_t i = 0; i < 4 * 3600; i++)
             assert_true(i % 4 == 3 || picture.pixel[4 * 3600 + i] == 0);
         dph_reference_finish(&picture);
+        o.straight = false;
+        picture = draw(scene, &o);
+        for (size_t i = 0; i < 8 * 3600; i++)
+            assert_true(i % 4 == 3 || picture.pixel[i] == 0);
+        dph_reference_finish(&picture);
     }
     dph_scene_destroy(scene);
 }

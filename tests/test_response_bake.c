@@ -114,6 +114,11 @@ static void light_only_passes(void **state)
     printf("no scattering: coefficients within %.5f\n", worst);
     assert_true(worst < 2e-3);
     dph_transfer_finish(&t);
+    p.straight = false; /* then nothing is left */
+    t = bake(&mesh, &p, &report);
+    for (size_t i = 0; i < t.npos * t.length; i++)
+        assert_true(t.vector[i] == 0);
+    dph_transfer_finish(&t);
     dph_mesh_finish(&mesh);
 }
 

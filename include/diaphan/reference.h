@@ -34,6 +34,9 @@ struct dph_reference_options {
                                    * their cosine: what response_bake.h bakes. Of a matched boundary
                                    * only; the camera stands outside the bodies, which hide the
                                    * background and show the environment as any view would; false  */
+    bool straight;                /* view_averaged: with light of the lights that is not scattered.
+                                   * Left out, it is the average of what pictures show, where such
+                                   * light is never seen; true                                     */
     struct dph_camera camera;     /* 0, 15, 3.5, 35                                                */
     int width, height;            /* 1280 x 800, each up to 32768                                  */
     double mm_per_unit;           /* 0: the scene's, else 25 mm for the largest side               */

@@ -32,6 +32,9 @@ struct dph_response_bake_params {
     double noise;           /* walks are added until the estimated noise is at most this; 0: until
                              * there are most_walks; .05 */
     double most_walks;      /* a position, on average; 1 to 1e9; 65536 */
+    bool straight;          /* with light that comes through without being scattered. It leaves the way
+                             * it came, so that an eye sees none of it unless it looks straight into
+                             * the light; true */
     int directions;         /* of light that comes through without being scattered, 16 to 65536, odd
                              * numbers are raised by one; 1024 */
     uint64_t seed;          /* other numbers give independent noise; 1 */

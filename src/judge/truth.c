@@ -95,6 +95,7 @@ bool dph_judge_trace(const struct dph_scene *scene, const struct dph_judge_param
     o.material = *material;
     o.boundary = params->boundary;
     o.view_averaged = job->view_averaged;
+    o.straight = false; /* pictures show none of it */
     o.camera = params->camera;
     o.width = job->width;
     o.height = job->height;

@@ -248,7 +248,7 @@ static enum dph_ending averaged(const struct dph_stage *stage, struct dph_random
     dph_cosine_sample(random, inward, flight);
     dph_rays_spans(stage->space.rays, point, flight, &spans);
     if (spans.overflow || !spans.inside ||
-        !add_unscattered(stage, random, point, inward, radiance))
+        (stage->straight && !add_unscattered(stage, random, point, inward, radiance)))
         return DPH_ENDING_LOST;
     pass(stage, &spans, weight);
     add_sky(stage, flight, weight, true, false, radiance);

@@ -30,6 +30,7 @@ struct dph_reference_options dph_reference_defaults(void)
         .nlight = 1,
         .samples = 256,
         .seed = 1,
+        .straight = true,
     };
 }
 
@@ -229,6 +230,7 @@ static bool prepare(struct picture *picture, const struct dph_scene *scene, stru
         mm = scene->mm_per_unit > 0 ? scene->mm_per_unit : 25 / largest;
     stage->boundary = o->boundary;
     stage->view_averaged = o->view_averaged;
+    stage->straight = o->straight;
     stage->eta = o->material.ior;
     stage->radius = sqrt(square) / 2 * mm;
     stage->environment = o->environment;

@@ -26,6 +26,7 @@ struct dph_stage {
     struct dph_outlook outlook; /* of the suns, in their order */
     enum dph_boundary boundary;
     bool view_averaged; /* matched boundary only */
+    bool straight;      /* view_averaged: with light that is not scattered */
     double eta;
     double radius; /* of the scene's bounding sphere */
     int npicture;

@@ -44,7 +44,7 @@ struct dph_response_bake_params dph_response_bake_defaults(void)
 {
     return (struct dph_response_bake_params){
         .bands = DPH_MAX_BANDS, .scattering = {1, 1, 1}, .noise = .05, .most_walks = 65536,
-        .directions = 1024, .seed = 1, .smooth = true,
+        .directions = 1024, .seed = 1, .straight = true, .smooth = true,
     };
 }
 
@@ -265,7 +265,7 @@ static bool prepare(struct job *job, const struct dph_bake_input *input, struct 
     out->bands = job->body.params->bands;
     out->channels = 3;
     out->length = job->body.length;
-    out->vector = dph_alloc(mesh->npos, out->length * sizeof *out->vector);
+    out->vector = dph_alloc_zero(mesh->npos, out->length * sizeof *out->vector);
     out->area = dph_alloc(mesh->npos, sizeof *out->area);
     out->position_of = job->mesh.position_of;
     job->mesh.position_of = NULL;
@@ -302,7 +302,8 @@ bool dph_response_bake(const struct dph_bake_input *input,
                     params->anisotropy);
     double start = dph_seconds(), middle;
     bool ok = dph_welded_init(&job.mesh, input, err) && prepare(&job, input, err) &&
-              dph_response_unscattered(&job.body, SWEEP_SHARE, transfer->vector, err);
+              (!params->straight ||
+               dph_response_unscattered(&job.body, SWEEP_SHARE, transfer->vector, err));
     middle = dph_seconds();
     ok = ok && walk(&job, err);
     if (ok && params->progress && !params->progress(params->progress_user, 1))

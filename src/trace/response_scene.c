@@ -46,6 +46,7 @@ static bool bake_body(const struct dph_body *body, const struct dph_scene_respon
         bake.scattering[c] = medium.reduced_scattering[c] * mm;
         bake.absorption[c] = params->material->absorption[c] * mm;
     }
+    bake.straight = false; /* no picture shows it */
     bake.noise = params->noise;
     bake.most_walks = params->most_walks;
     bake.seed = params->seed;
