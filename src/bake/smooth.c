@@ -21,6 +21,7 @@
  * error was up to a fifth more than the sum told, CAUTION makes up for that. */
 #include "bake/smooth.h"
 
+#include "bake/neighbours.h"
 #include "core/fail.h"
 #include "core/memory.h"
 #include "core/threads.h"
@@ -33,11 +34,10 @@
 
 enum {
     LEVELS = 5,
-    MOST = 126,         /* neighbours kept */
+    MOST = DPH_NEIGHBOURS,
     WINDOW = 62,        /* over which errors are averaged */
     LEAST_WINDOW = 30,  /* fewer tell too little: nothing is smoothed */
     BLEND = 30,         /* over which choices are */
-    HUB = 128,          /* edges that are followed from a position, each twice */
     MOST_BANDS = 8,
     MOST_COEF = MOST_BANDS * MOST_BANDS,
     MOST_LENGTH = 3 * MOST_COEF,
@@ -52,8 +52,7 @@ struct dph_smoother {
     const float *position, *normal, *area;
     size_t npos;
     int threads, bands;
-    uint32_t *neighbour; /* (npos x MOST) nearest first */
-    uint8_t *count;      /* (npos) */
+    struct dph_neighbours near;
     float *normal_sh;    /* (npos x bands * bands) of the normals */
     float *zonal;        /* (3 x bands) z, of the answer */
     float *error;        /* (npos x bands x PARTS) times the area */
@@ -63,112 +62,9 @@ struct dph_smoother {
 /* Parts of a squared error: variance without smoothing, then variance and distortion by level. */
 enum { PLAIN, VARIANCE, DISTORTION = VARIANCE + LEVELS, PARTS = DISTORTION + LEVELS };
 
-struct edges {
-    uint32_t *start; /* (npos + 1) */
-    uint32_t *to;    /* (6 x ntri) each edge of each triangle, both ways */
-};
-
-static bool edges_init(struct edges *edges, size_t npos, const uint32_t *index, size_t ntri)
-{
-    edges->start = dph_alloc_zero(npos + 2, sizeof *edges->start);
-    edges->to = dph_alloc(6 * ntri, sizeof *edges->to);
-    if (!edges->start || !edges->to)
-        return false;
-    uint32_t *end = edges->start + 1;
-    for (size_t i = 0; i < 3 * ntri; i++)
-        end[index[i] + 1] += 2;
-    for (size_t p = 0; p < npos; p++)
-        end[p + 1] += end[p];
-    for (size_t t = 0; t < ntri; t++)
-        for (size_t i = 0; i < 3; i++)
-            for (size_t j = 1; j < 3; j++)
-                edges->to[end[index[3 * t + i]]++] = index[3 * t + (i + j) % 3];
-    return true;
-}
-
-/* Positions met but not yet taken, a binary heap: nearest first, of equals the first. */
-struct front {
-    double square;
-    uint32_t position;
-};
-
-static bool nearer(const struct front *a, const struct front *b)
-{
-    return a->square < b->square || (a->square == b->square && a->position < b->position);
-}
-
-static void push(struct front *heap, size_t *count, struct front item)
-{
-    size_t i = (*count)++;
-    for (; i && nearer(&item, &heap[(i - 1) / 2]); i = (i - 1) / 2)
-        heap[i] = heap[(i - 1) / 2];
-    heap[i] = item;
-}
-
-static struct front pop(struct front *heap, size_t *count)
-{
-    struct front first = heap[0], last = heap[--*count];
-    size_t i = 0;
-    for (size_t child; (child = 2 * i + 1) < *count; i = child) {
-        child += child + 1 < *count && nearer(&heap[child + 1], &heap[child]);
-        if (!nearer(&heap[child], &last))
-            break;
-        heap[i] = heap[child];
-    }
-    heap[i] = last;
-    return first;
-}
-
 static double square_of(double x)
 {
     return x * x;
-}
-
-static double square_between(const float *a, const float *b)
-{
-    double sum = 0;
-    for (int k = 0; k < 3; k++)
-        sum += square_of((double)a[k] - (double)b[k]);
-    return sum;
-}
-
-/* Finds neighbours. */
-struct search {
-    struct dph_smoother *smoother;
-    const struct edges *edges;
-    uint32_t *seen;     /* (threads x npos) the last position + 1 that met it */
-    struct front *heap; /* (threads x (MOST + 1) x HUB) */
-};
-
-static void search_range(void *context, size_t task, int worker)
-{
-    const struct search *search = context;
-    const struct dph_smoother *s = search->smoother;
-    const struct edges *edges = search->edges;
-    uint32_t *seen = search->seen + (size_t)worker * s->npos;
-    struct front *heap = search->heap + (size_t)worker * (MOST + 1) * HUB;
-    for (size_t p = task * TASK; p < s->npos && p < (task + 1) * TASK; p++) {
-        size_t waiting = 0, count = 0;
-        uint32_t at = (uint32_t)p;
-        seen[p] = (uint32_t)p + 1;
-        for (;;) {
-            size_t begin = edges->start[at], end = edges->start[at + 1];
-            for (size_t e = begin; e < end && e < begin + HUB; e++) {
-                uint32_t q = edges->to[e];
-                if (seen[q] == (uint32_t)p + 1)
-                    continue;
-                seen[q] = (uint32_t)p + 1;
-                push(heap, &waiting,
-                     (struct front){square_between(s->position + 3 * p,
-                                                   s->position + 3 * (size_t)q), q});
-            }
-            if (!waiting || count == MOST)
-                break;
-            at = pop(heap, &waiting).position;
-            s->neighbour[p * MOST + count++] = at;
-        }
-        s->count[p] = (uint8_t)count;
-    }
 }
 
 struct dph_smoother *dph_smoother_create(const float *position, const float *normal,
@@ -176,41 +72,24 @@ struct dph_smoother *dph_smoother_create(const float *position, const float *nor
                                          size_t ntri, int threads, struct dph_error *err)
 {
     struct dph_smoother *s = dph_alloc_zero(1, sizeof *s);
-    struct edges edges = {NULL, NULL};
-    struct search search = {.smoother = s, .edges = &edges};
-    bool ok = false;
-    if (!s)
-        goto error;
+    if (!s) {
+        dph_fail_memory(err);
+        return NULL;
+    }
     s->position = position, s->normal = normal, s->area = area, s->npos = npos;
     s->threads = dph_thread_count(threads);
-    s->neighbour = dph_alloc(npos, MOST * sizeof *s->neighbour);
-    s->count = dph_alloc(npos, sizeof *s->count);
-    search.seen = dph_alloc_zero((size_t)s->threads, npos * sizeof *search.seen);
-    search.heap = dph_alloc((size_t)s->threads, (MOST + 1) * HUB * sizeof *search.heap);
-    if (!s->neighbour || !s->count || !search.seen || !search.heap ||
-        !edges_init(&edges, npos, index, ntri))
-        goto error;
-    dph_parallel(s->threads, (npos + TASK - 1) / TASK, search_range, &search);
-    ok = true;
-
-error:
-    free(edges.start);
-    free(edges.to);
-    free(search.seen);
-    free(search.heap);
-    if (ok)
-        return s;
-    dph_smoother_destroy(s);
-    dph_fail_memory(err);
-    return NULL;
+    if (!dph_neighbours_init(&s->near, position, npos, index, ntri, threads, err)) {
+        dph_smoother_destroy(s);
+        return NULL;
+    }
+    return s;
 }
 
 void dph_smoother_destroy(struct dph_smoother *smoother)
 {
     if (!smoother)
         return;
-    free(smoother->neighbour);
-    free(smoother->count);
+    dph_neighbours_finish(&smoother->near);
     free(smoother->normal_sh);
     free(smoother->zonal);
     free(smoother->error);
@@ -262,10 +141,10 @@ static int weights_of(const struct dph_smoother *s, size_t p, float weight[LEVEL
 {
     double feature[MOST + 1][FEATURES], likeness[MOST + 1], distance[MOST + 1], axis[2][3];
     const float *x = s->position + 3 * p, *n = s->normal + 3 * p;
-    int count = s->count[p], levels = 0;
+    int count = s->near.count[p], levels = 0;
     tangents(n, axis[0], axis[1]);
     for (int i = 0; i <= count; i++) {
-        size_t q = i ? s->neighbour[p * MOST + (size_t)i - 1] : p;
+        size_t q = i ? s->near.list[p * MOST + (size_t)i - 1] : p;
         const float *y = s->position + 3 * q, *m = s->normal + 3 * q;
         double *f = feature[i];
         f[ONE] = 1;
@@ -276,8 +155,8 @@ static int weights_of(const struct dph_smoother *s, size_t p, float weight[LEVEL
                 f[NORMAL_U + a] += axis[a][k] * ((double)m[k] - (double)n[k]) / NORMALS;
             }
         }
-        distance[i] = sqrt(square_between(x, y));
-        likeness[i] = exp(-.5 * square_between(n, m) / (NORMALS * NORMALS));
+        distance[i] = sqrt(dph_square_between(x, y));
+        likeness[i] = exp(-.5 * dph_square_between(n, m) / (NORMALS * NORMALS));
     }
     for (; levels < LEVELS && count >= MEMBERS[levels]; levels++) {
         int members = MEMBERS[levels];
@@ -356,7 +235,7 @@ static void try_range(void *context, size_t task, int worker)
         memset(sum, 0, sizeof sum);
         memset(turned, 0, sizeof turned);
         for (int i = 0; levels && i <= MEMBERS[levels - 1]; i++) {
-            size_t q = i ? s->neighbour[p * MOST + (size_t)i - 1] : p;
+            size_t q = i ? s->near.list[p * MOST + (size_t)i - 1] : p;
             int first = 0;
             while (i > MEMBERS[first])
                 first++;
@@ -408,12 +287,12 @@ static void choose_range(void *context, size_t task, int worker)
     struct dph_smoother *s = context;
     (void)worker;
     for (size_t p = task * TASK; p < s->npos && p < (task + 1) * TASK; p++) {
-        int window = s->count[p] < WINDOW ? s->count[p] : WINDOW;
+        int window = s->near.count[p] < WINDOW ? s->near.count[p] : WINDOW;
         for (int l = 0; l < s->bands; l++) {
             uint8_t *choice = &s->choice[p * (size_t)s->bands + (size_t)l];
             double sum[PARTS] = {0};
             for (int i = 0; i <= window; i++) {
-                size_t q = i ? s->neighbour[p * MOST + (size_t)i - 1] : p;
+                size_t q = i ? s->near.list[p * MOST + (size_t)i - 1] : p;
                 const float *error = s->error + (q * (size_t)s->bands + (size_t)l) * PARTS;
                 for (int k = 0; k < PARTS; k++)
                     sum[k] += (double)error[k];
@@ -434,10 +313,10 @@ static void choose_range(void *context, size_t task, int worker)
 static void blend_of(const struct dph_smoother *s, size_t p, int levels,
                      float blend[LEVELS][MOST_BANDS])
 {
-    int window = s->count[p] < BLEND ? s->count[p] : BLEND;
+    int window = s->near.count[p] < BLEND ? s->near.count[p] : BLEND;
     memset(blend, 0, LEVELS * sizeof *blend);
     for (int i = 0; i <= window; i++) {
-        size_t q = i ? s->neighbour[p * MOST + (size_t)i - 1] : p;
+        size_t q = i ? s->near.list[p * MOST + (size_t)i - 1] : p;
         for (int l = 0; l < s->bands; l++) {
             int choice = s->choice[q * (size_t)s->bands + (size_t)l];
             choice = choice < levels ? choice : levels;
@@ -451,7 +330,7 @@ static void blend_of(const struct dph_smoother *s, size_t p, int levels,
 static int levels_of(const struct dph_smoother *s, size_t p)
 {
     int levels = 0;
-    while (levels < LEVELS && s->count[p] >= MEMBERS[levels])
+    while (levels < LEVELS && s->near.count[p] >= MEMBERS[levels])
         levels++;
     return levels;
 }
@@ -530,7 +409,7 @@ static void add_range(void *context, size_t task, int worker)
         blend_of(s, p, levels, blend);
         memset(turned, 0, sizeof turned);
         for (int i = 0; i <= last; i++) {
-            size_t q = i ? s->neighbour[p * MOST + (size_t)i - 1] : p;
+            size_t q = i ? s->near.list[p * MOST + (size_t)i - 1] : p;
             const float *a = rows->half[0] + q * length, *b = rows->half[1] + q * length;
             for (int l = 0; l < rows->bands; l++) {
                 size_t begin = (size_t)(l * l), end = (size_t)((l + 1) * (l + 1));
