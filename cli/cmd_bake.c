@@ -255,7 +255,7 @@ const struct command command_bake = {
              "that material; --size-mm says how large the object is. --for writes what other methods "
              "need; what prt, prt-cpca,\n"
              "patro and response need holds for one material and size only. The response is baked by random walks, which\n"
-             "takes a minute or more.\n",
+             "takes seconds to minutes.\n",
     .options = takes,
     .min_inputs = 1,
     .max_inputs = 1,

@@ -261,8 +261,8 @@ const struct command command_render = {
              "green take its middle.\n"
              "prt and prt-cpca take distant lights, discs and surroundings; they, patro and response "
              "are baked in\n"
-             "memory unless the file has them for this material and size (bake --for). response walks at random for a minute\n"
-             "or more; --env makes its form linear. --clusters 1 --vectors 24 is the setting of the "
+             "memory unless the file has them for this material and size (bake --for). response walks at random for seconds\n"
+             "to minutes; --env makes its form linear. --clusters 1 --vectors 24 is the setting of the "
              "DirectX sample.\n"
              "reference is path-traced on the CPU and needs neither a bake nor a driver; Ctrl-C "
              "keeps the samples so far.\n",
