@@ -100,6 +100,7 @@ static bool measure(const struct settings *settings, struct row *row, struct dph
         params.scattering[c] = medium.reduced_scattering[c] * row->mm_per_unit;
         params.absorption[c] = row->material.absorption[c] * row->mm_per_unit;
     }
+    params.straight = false;
     params.noise = settings->noise;
     params.seed = (uint64_t)settings->seed;
     params.threads = settings->threads;
