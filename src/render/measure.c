@@ -52,7 +52,7 @@ static const double WARM_SECONDS = .15;
 static const double STRETCH = 1.8; /* times the seconds asked for: where rounds are left out */
 static const double GOLDEN = 2.39996322972865332; /* pi (3 - sqrt(5)) */
 static const double STEP = .01;                   /* radians a frame  */
-static const double MORE = .3; /* of the rounds asked for may follow */
+static const double MORE = .1; /* of the rounds asked for may follow */
 static const double UNCERTAIN = .02; /* a relative error of a ratio that asks for them */
 static const double DISTURBED = .15; /* processors that others take: the clock has steps of .06 */
 
