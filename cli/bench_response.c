@@ -211,29 +211,6 @@ static int bench_model(const struct settings *settings, const char *name, struct
     return code;
 }
 
-static int bench_candle(const struct settings *settings, struct json *json)
-{
-    struct dph_error err;
-    struct dph_mesh mesh = {0};
-    if (!dph_mesh_init_candle(&mesh, &err))
-        return report_error(settings, &err);
-    int code = bench_model(settings, "candle", &mesh, json);
-    dph_mesh_finish(&mesh);
-    return code;
-}
-
-static int bench_file(const struct settings *settings, const char *path, struct json *json)
-{
-    int code = EXIT_DONE;
-    struct dph_scene *scene = load_scene(settings, path, &code);
-    struct dph_body *body = scene ? largest_body(settings, scene, path, &code) : NULL;
-    const char *slash = strrchr(path, '/');
-    if (body)
-        code = bench_model(settings, slash ? slash + 1 : path, &body->mesh, json);
-    dph_scene_destroy(scene);
-    return code;
-}
-
 int bench_response(const struct settings *settings, struct json *json)
 {
     int code = EXIT_DONE;
@@ -247,10 +224,10 @@ int bench_response(const struct settings *settings, struct json *json)
     if (!json)
         print_head(settings);
     for (int i = 1; i < settings->ninput && code == EXIT_DONE; i++)
-        code = bench_file(settings, settings->input[i], json);
+        code = bench_file(settings, settings->input[i], bench_model, json);
     if (settings->ninput > 1)
         return code;
     if (access(bench_bunny, R_OK) == 0)
-        return bench_file(settings, bench_bunny, json);
-    return bench_candle(settings, json);
+        return bench_file(settings, bench_bunny, bench_model, json);
+    return bench_candle(settings, bench_model, json);
 }

@@ -208,9 +208,13 @@ int bench_response(const struct settings *settings, struct json *json);
 
 /* cmd_bench.c */
 extern const char *const bench_bunny; /* where glmark2-data has it */
-/* The body with most triangles stands for a file. NULL: complained, *code is the exit code. */
-struct dph_body *largest_body(const struct settings *settings, struct dph_scene *scene,
-                              const char *path, int *code);
+/* Measures one model, which it may empty; rows as above. Returns an exit code. */
+typedef int bench_mesh(const struct settings *settings, const char *name, struct dph_mesh *mesh,
+                       struct json *json);
+/* Of a file the body with most triangles, or the candle. */
+int bench_file(const struct settings *settings, const char *path, bench_mesh *one,
+               struct json *json);
+int bench_candle(const struct settings *settings, bench_mesh *one, struct json *json);
 
 /* bench_draw.c */
 /* Measures drawing, of settings->input[1] and on. Returns an exit code. */

@@ -239,7 +239,7 @@ static void print_row(struct json *json, const struct model *model, const struct
 
 /* All rows of one model: each definition and number of threads, the sweep and then the rays. */
 static int bench_model(const struct settings *settings, const char *name,
-                       const struct dph_mesh *mesh, struct json *json)
+                       struct dph_mesh *mesh, struct json *json)
 {
     struct dph_error err;
     struct model model;
@@ -271,8 +271,9 @@ static int bench_model(const struct settings *settings, const char *name,
     return EXIT_DONE;
 }
 
-struct dph_body *largest_body(const struct settings *settings, struct dph_scene *scene,
-                              const char *path, int *code)
+/* The body with most triangles stands for a file. NULL: complained, *code is the exit code. */
+static struct dph_body *largest_body(const struct settings *settings, struct dph_scene *scene,
+                                     const char *path, int *code)
 {
     struct dph_body *largest = NULL;
     for (size_t b = 0; b < scene->nbody; b++)
@@ -285,25 +286,26 @@ struct dph_body *largest_body(const struct settings *settings, struct dph_scene 
     return largest;
 }
 
-static int bench_file(const struct settings *settings, const char *path, struct json *json)
+int bench_file(const struct settings *settings, const char *path, bench_mesh *one,
+               struct json *json)
 {
     int code = EXIT_DONE;
     struct dph_scene *scene = load_scene(settings, path, &code);
     struct dph_body *body = scene ? largest_body(settings, scene, path, &code) : NULL;
     const char *slash = strrchr(path, '/');
     if (body)
-        code = bench_model(settings, slash ? slash + 1 : path, &body->mesh, json);
+        code = one(settings, slash ? slash + 1 : path, &body->mesh, json);
     dph_scene_destroy(scene);
     return code;
 }
 
-static int bench_candle(const struct settings *settings, struct json *json)
+int bench_candle(const struct settings *settings, bench_mesh *one, struct json *json)
 {
     struct dph_error err;
     struct dph_mesh mesh = {0};
     if (!dph_mesh_init_candle(&mesh, &err))
         return report_error(settings, &err);
-    int code = bench_model(settings, "candle", &mesh, json);
+    int code = one(settings, "candle", &mesh, json);
     dph_mesh_finish(&mesh);
     return code;
 }
@@ -326,11 +328,11 @@ static int bench_bake(const struct settings *settings, struct json *json)
     if (settings->nsize)
         code = bench_scale(settings, settings->json ? json : NULL);
     for (int i = 1; i < settings->ninput && code == EXIT_DONE; i++)
-        code = bench_file(settings, settings->input[i], json);
+        code = bench_file(settings, settings->input[i], bench_model, json);
     if (settings->ninput == 1 && !settings->nsize) {
-        code = bench_candle(settings, json);
+        code = bench_candle(settings, bench_model, json);
         if (code == EXIT_DONE && access(bench_bunny, R_OK) == 0)
-            code = bench_file(settings, bench_bunny, json);
+            code = bench_file(settings, bench_bunny, bench_model, json);
     }
     return code;
 }
