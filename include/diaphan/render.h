@@ -65,7 +65,9 @@ struct dph_frame {
     bool live_material;                   /* the material changes from frame to frame: its numbers are
                                            * uniforms of the programs, where drawing is slower and a
                                            * change costs nothing, and not constants; false */
-    int samples;                          /* multisampling, 1 to 16, less where GL has less; 4      */
+    int samples;                          /* at least so many a pixel, 1 to 16. Where GL has fewer, a
+                                           * picture is drawn k times as wide and as high, with the
+                                           * smallest k that will do, and averaged; 4              */
     int map_size;                         /* depth maps: texels a side, a power of two, 16 to 8192; 1024 */
     double blur_mm;                       /* green-gauss: sigma; negative: a mean free path of the
                                            * material's green channel; -1                          */
@@ -111,9 +113,9 @@ bool dph_renderer_cost(struct dph_renderer *renderer, const struct dph_frame *fr
                        struct dph_error *err);
 
 /* Speed: milliseconds a frame of several descriptions, which take turns within one run, so that a
- * machine's drift slows all alike. Frames are drawn off-screen as dph_renderer_draw does, several
- * samples are averaged, and nothing is read back; the lights turn about the vertical before every
- * frame, so that what is computed once a light counts. */
+ * machine's drift slows all alike. Frames are drawn off-screen as dph_renderer_draw does, as finely,
+ * too, where GL has too few samples; GL's samples are averaged, and nothing is read back. The lights
+ * turn about the vertical before every frame, so that what is computed once a light counts. */
 struct dph_timing_job {
     struct dph_renderer *renderer; /* may be the same for several                             */
     struct dph_frame frame;        /* all of one size, if the first frame of a turn is to be short */

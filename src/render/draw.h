@@ -91,18 +91,21 @@ void dph_clusters_bind(const struct dph_gpu_body *gpu, const struct dph_thicknes
 struct dph_target {
     GLuint frame, color, depth;     /* multisampled (or not, with one sample)                 */
     GLuint resolved, resolved_color;
-    int width, height, samples, asked;
+    int width, height;  /* of the largest part of a picture that is drawn at once            */
+    int finer;          /* it has finer x finer pixels for each of the picture's              */
+    int samples, asked; /* in each of its pixels; in each of the picture's, as was asked for */
 };
 
-/* Makes the target fit; keeps it where it does already. Fewer samples where GL has fewer. False:
+/* Makes the target fit a picture of width x height with at least so many samples a pixel, or its
+ * tiles of target->width x target->height; keeps it where it does already. False:
  * DPH_ERROR_CAPABILITY. */
 bool dph_target_fit(struct dph_target *target, int width, int height, int samples, struct dph_error *err);
 void dph_target_finish(struct dph_target *target);
-/* Averages the samples of the lower left width x height pixels. */
+/* Averages the samples of the lower left width x height pixels of the picture. */
 void dph_target_resolve(const struct dph_target *target, int width, int height);
 /* Resolves the lower left width x height pixels and reads them back, rows from the bottom,
  * `row_length` pixels apart: premultiplied by coverage, with coverage in alpha. False:
- * DPH_ERROR_CAPABILITY. */
+ * DPH_ERROR_CAPABILITY, DPH_ERROR_MEMORY. */
 bool dph_target_read(struct dph_target *target, int width, int height, float *pixel, int row_length,
                      struct dph_error *err);
 

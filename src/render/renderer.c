@@ -1,9 +1,9 @@
 /* A scene on the GPU, and frames of it: camera, target, method, read back.
  *
  * The camera looks at the centre of the scene's bounding box from `distance` radii of its bounding
- * sphere; the sphere also gives the near and the far plane. Large pictures are drawn in tiles, so
- * that the multisampled target stays within some hundred megabytes. The background is composited
- * after the samples are averaged: color + (1 - coverage) * background. */
+ * sphere; the sphere also gives the near and the far plane. Large pictures are drawn in tiles, as
+ * large as a target gets (target.c). The background is composited after the samples are averaged:
+ * color + (1 - coverage) * background. */
 #include <diaphan/render.h>
 
 #include "core/fail.h"
@@ -15,7 +15,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define TILE 2048 /* pixels a side */
 #define DEGREE (3.14159265358979323846 / 180)
 
 struct dph_frame dph_frame_defaults(void)
@@ -236,7 +235,7 @@ static bool draw_tile(struct dph_draw *draw, const struct dph_target *target, co
             (float)((double)in[1] * h / height - (double)in[3] * (2 * y + height - h) / height);
     }
     glBindFramebuffer(GL_FRAMEBUFFER, target->frame);
-    glViewport(0, 0, width, height);
+    glViewport(0, 0, width * target->finer, height * target->finer);
     glClearColor(0, 0, 0, 0);
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
     glEnable(GL_DEPTH_TEST);
@@ -254,19 +253,18 @@ bool dph_draw_frame(struct dph_draw *draw, struct dph_target *target, struct dph
                     struct dph_error *err)
 {
     const struct dph_frame *frame = draw->frame;
-    int tile_width = frame->width < TILE ? frame->width : TILE;
-    int tile_height = frame->height < TILE ? frame->height : TILE;
     float clip[16];
     dph_gl_drain();
     if (frame->method->draw->prepare && !frame->method->draw->prepare(draw, err))
         return false;
-    if (!dph_target_fit(target, tile_width, tile_height, frame->samples, err))
+    if (!dph_target_fit(target, frame->width, frame->height, frame->samples, err))
         return false;
     memcpy(clip, draw->clip, sizeof clip);
-    for (int y = 0; y < frame->height; y += tile_height)
-        for (int x = 0; x < frame->width; x += tile_width) {
-            int width = frame->width - x < tile_width ? frame->width - x : tile_width;
-            int height = frame->height - y < tile_height ? frame->height - y : tile_height;
+    for (int y = 0; y < frame->height; y += target->height)
+        for (int x = 0; x < frame->width; x += target->width) {
+            int left = frame->width - x, above = frame->height - y;
+            int width = left < target->width ? left : target->width;
+            int height = above < target->height ? above : target->height;
             size_t corner = 4 * ((size_t)y * (size_t)frame->width + (size_t)x);
             if (!draw_tile(draw, target, clip, x, y, width, height, err))
                 return false;
