@@ -168,6 +168,8 @@ const struct command command_compare = {
              "fitted on twelve other lights.\n"
              "and over 24 lights of all directions; with response also beside the truth averaged over views, "
              "which it is made for.\n"
+             "The truth is the mean over a pixel: pictures are drawn with 16 samples a pixel, so that "
+             "outlines are no error.\n"
              "rmse is RMS error / RMS truth of linear luminance without the reference's noise; "
              "psnr, ssim and flip are of sRGB\n"
              "pictures. FOLDER is made where it is missing and gets comparison.png, report.html and "

@@ -160,6 +160,7 @@ void emit_comparison(FILE *stream, const struct settings *settings,
     emit_number(&json, "mm_per_unit", comparison->mm_per_unit);
     emit_count(&json, "width", (size_t)comparison->width);
     emit_count(&json, "height", (size_t)comparison->height);
+    emit_count(&json, "samples", (size_t)comparison->multisamples);
     emit_object(&json, "camera");
     emit_number(&json, "azimuth", comparison->camera.azimuth);
     emit_number(&json, "elevation", comparison->camera.elevation);

@@ -85,7 +85,8 @@ void judge_params(const struct settings *settings, struct dph_judge_params *para
     params->response = response_params(settings);
     params->map_size = settings->map_size;
     params->blur_mm = settings->blur_mm;
-    params->multisamples = settings->samples;
+    if (is_given(settings, "samples"))
+        params->multisamples = settings->samples;
     params->threads = settings->threads;
     params->most_bytes = (double)sysconf(_SC_PHYS_PAGES) * (double)sysconf(_SC_PAGE_SIZE);
 }

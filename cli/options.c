@@ -98,7 +98,8 @@ const struct option options[] = {
      NULL, parse_map_size},
     {"blur-mm", 0, "X", "a mean free path", "green-gauss: sigma of the blur", AT(blur_mm), 0, 1e12,
      NULL, parse_real},
-    {"samples", 0, "N", "4", "multisampling, 1 to 16", AT(samples), 1, 16, NULL, parse_int},
+    {"samples", 0, "N", "4; compare: 16; bench: 1", "drawing: samples a pixel, 1 to 16", AT(samples),
+     1, 16, NULL, parse_int},
     /* comparing */
     {"max-flip", 0, "X", NULL, "exit code 5 where FLIP is above X", AT(max_flip), 0, 1, NULL,
      parse_real},

@@ -536,7 +536,8 @@ static void put_run(const struct report *r)
              c->boundary == DPH_BOUNDARY_DIELECTRIC ? "dielectric" : "index-matched", c->samples,
              (unsigned long long)c->seed);
     put_term(r, "reference", text);
-    put_term(r, "drawn by", c->renderer);
+    snprintf(text, sizeof text, "%s, %d samples a pixel", c->renderer, c->multisamples);
+    put_term(r, "drawn by", text);
     figure_print_time(c->seconds, text);
     put_term(r, "time in all", text);
     put_term(r, "diaphan", dph_version());

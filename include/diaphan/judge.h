@@ -110,7 +110,8 @@ struct dph_entry {
     size_t table_bytes;      /* beside the vertices */
     int passes;              /* a frame */
     double seconds;          /* of precomputation; 0 where it came from the file */
-    double milliseconds;     /* a frame: median of drawing one light at the comparison's size */
+    double milliseconds;     /* a frame: median of drawing one light at the comparison's size, with
+                              * the samples of dph_frame_defaults */
     struct dph_shot *shot;   /* (nlight) */
 };
 
@@ -191,7 +192,9 @@ struct dph_judge_params {
                                          * up to those that it asks for */
     int map_size;                 /* of green and green-gauss, as struct dph_frame; 1024 */
     double blur_mm;               /* -1 */
-    int multisamples;             /* of drawing; 4 */
+    int multisamples;             /* of all pictures that are drawn, as `samples` of struct dph_frame; 16.
+                                   * The truth is the mean over a pixel: what few samples make of an
+                                   * outline is not the method's error */
     double most_bytes;            /* that the pictures of a comparison may take; 0: any number */
     int threads;                  /* 0: all */
     dph_judge_progress *progress; /* Nullable */
@@ -208,6 +211,7 @@ struct dph_comparison {
     struct dph_camera camera;
     int width, height;
     int samples;             /* asked for; what a material got stands there */
+    int multisamples;
     uint64_t seed;
     enum dph_boundary boundary;
     double light_angle;      /* as used */

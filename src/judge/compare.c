@@ -76,7 +76,7 @@ struct dph_judge_params dph_judge_defaults(void)
         .response = dph_scene_response_defaults(),
         .map_size = frame.map_size,
         .blur_mm = frame.blur_mm,
-        .multisamples = frame.samples,
+        .multisamples = 16,
     };
     const char *name;
     for (size_t i = 0; (name = dph_judge_light_name(i)); i++)
@@ -401,6 +401,7 @@ static bool begin(struct work *work, const char *renderer, struct dph_error *err
     comparison->width = params->width;
     comparison->height = params->height;
     comparison->samples = params->samples;
+    comparison->multisamples = params->multisamples;
     comparison->seed = params->seed;
     comparison->boundary = params->boundary;
     comparison->light_angle = dph_judge_angle(params);

@@ -89,6 +89,7 @@ bool dph_shots_time(struct dph_renderer *renderer, const struct dph_judge_params
     struct dph_timing_params how = dph_timing_defaults();
     struct dph_timing_job job = {renderer, dph_judge_frame(params, mm_per_unit, entry)};
     job.frame.bands = bands;
+    job.frame.samples = dph_frame_defaults().samples; /* what a frame costs elsewhere */
     how.seconds = .1;
     how.rounds = 3;
     if (!dph_renderer_measure(&job, 1, &how, &timing, err))
