@@ -459,7 +459,7 @@ int bench_draw(struct settings *settings)
     cpu_name(run->cpu, sizeof run->cpu);
     run->samples = is_given(settings, "samples") ? settings->samples : 1;
     run->rounds = dph_timing_defaults().rounds;
-    run->growth_rounds = run->rounds / 3; /* frames with many lights are long */
+    run->growth_rounds = run->rounds / 2; /* frames with many lights are long */
     run->seconds_each = settings->seconds;
     run->material = settings->material ? settings->material : "wax";
     run->map_size = settings->map_size;

@@ -203,7 +203,7 @@ static void write_report(FILE *stream, const struct settings *settings, const st
             run->samples, run->samples > 1 ? "s" : "", run->map_size, run->map_size, run->repeat,
             run->repeat > 1 ? "ies" : "y", (settings->bake.directions + 1) & ~1);
     fprintf(stream,
-            "* Every measurement: %g s at least, in up to %d turns with the others (lights: %d), "
+            "* Every measurement: %g s and %d turns at least (lights: %d), shuffled with the others, "
             "timed by %s; the lights turn before every frame; nothing is read back; "
             "times of a cell are scaled to the fastest of its lamberts\n",
             run->seconds_each, run->rounds, run->growth_rounds,

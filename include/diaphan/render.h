@@ -113,9 +113,10 @@ bool dph_renderer_cost(struct dph_renderer *renderer, const struct dph_frame *fr
                        struct dph_error *err);
 
 /* Speed: milliseconds a frame of several descriptions, which take turns within one run, so that a
- * machine's drift slows all alike. Frames are drawn off-screen as dph_renderer_draw does, as finely,
- * too, where GL has too few samples; GL's samples are averaged, and nothing is read back. The lights
- * turn about the vertical before every frame, so that what is computed once a light counts. */
+ * machine's drift slows all alike and can be taken out. Frames are drawn off-screen as
+ * dph_renderer_draw does, as finely, too, where GL has too few samples; GL's samples are averaged,
+ * and nothing is read back. The lights turn about the vertical before every frame, so that what is
+ * computed once a light counts. */
 struct dph_timing_job {
     struct dph_renderer *renderer; /* may be the same for several                             */
     struct dph_frame frame;        /* all of one size, if the first frame of a turn is to be short */
@@ -124,9 +125,10 @@ struct dph_timing_job {
 /* struct dph_timing_params p = dph_timing_defaults(); */
 struct dph_timing_params {
     double seconds;         /* of counted frames a description, at least; above 0, to 3600; 1  */
-    int rounds;             /* in so many turns, two frames each at least, 1 to 1000; 20. Long frames
-                             * get fewer turns, 12 at least; what is uncertain gets up to 3
-                             * in 10 more                                                     */
+    int rounds;             /* in so many turns at least, 1 to 1000; 30. A turn is one frame, and there
+                             * are as many as fill the seconds; with the GPU's timer it is a block of
+                             * two frames or more, and long frames get fewer turns, 12 at least. What is
+                             * uncertain gets up to 3 in 10 more                              */
     dph_progress *progress; /* Nullable; NULL                                                 */
     void *progress_user;
 };
@@ -137,8 +139,8 @@ struct dph_timing {
     double ms_median, ms_p05, ms_p95; /* of a frame: median, 5th and 95th percentile          */
     double cpu_ms; /* median time until all calls of a frame are made; with a software rasteriser
                     * the vertex stage is part of it                                          */
-    double ratio;  /* to description 0: of the shortest frames of a round; median over the rounds
-                    * in which the machine did little else                                    */
+    double ratio;  /* to description 0: of turns during which the machine did little else, without the
+                    * drift that neighbouring turns share                                     */
     double ratio_error; /* its standard error                                                 */
     double others; /* processors that other processes kept busy meanwhile, mean; 0 where the system
                     * does not say                                                            */

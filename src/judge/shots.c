@@ -91,7 +91,7 @@ bool dph_shots_time(struct dph_renderer *renderer, const struct dph_judge_params
     job.frame.bands = bands;
     job.frame.samples = dph_frame_defaults().samples; /* what a frame costs elsewhere */
     how.seconds = .1;
-    how.rounds = 3;
+    how.rounds = 6;
     if (!dph_renderer_measure(&job, 1, &how, &timing, err))
         return false;
     entry->milliseconds = timing.ms_median;

@@ -1,35 +1,39 @@
 /* Milliseconds a frame, of several descriptions in turns.
  *
- * A machine's speed drifts: clocks rise and fall, neighbours come and go. What drifts slowly
- * slows all that is measured within a short time alike, so the descriptions take turns. A round
- * gives each of them a block of a few frames, in an order that shifts by one from round to
- * round, so that nobody always follows the same neighbour; a block's first frame, which finds
- * the caches full of the neighbour's data, does not count. What a block says is its shortest frame,
- * since whatever interrupts a frame only adds to it: on a busy machine ratios of halves of the
- * rounds differ by a quarter less than with medians of blocks. In every round this is divided by
- * that of the first description, the base line, and the median of these ratios over the rounds is
- * the ratio. Times themselves are quantiles over all frames. A description with long frames sits out
- * some rounds, spread evenly: its time is bounded, and the base line is always there.
+ * A machine's speed drifts: clocks rise and fall, neighbours come and go, within seconds and within
+ * tenths of them. Nothing but frames themselves tells by how much: loops of arithmetic or through
+ * memory, timed before and after a frame, explain little of its length, and what they leave is more
+ * than what frames say of their neighbours. What drifts slows all that is measured within a short
+ * time alike, so the descriptions take turns that are as short as can be. A round gives each of
+ * them one, in an order that is shuffled anew every time, so that nobody always follows the same
+ * neighbour, and the base line, the first description, several, since every ratio has its error,
+ * too. The drift is estimated from all turns, and ratios are those of what remains (drift.c). Times
+ * themselves are quantiles over all frames. A description with long frames sits out some rounds,
+ * spread evenly: its time is bounded, and the base line is always there.
  *
  * Work of others is not fair: through what the units of a core share it slows the vertices of a
- * software rasteriser, which one thread works at, more than pixels, which all threads do. So
- * rounds during which others took more than a little of a processor do not count towards a ratio,
- * if enough remain. A ratio's error is that of a median, 1.253 s / sqrt(n), with s half the width
- * of the middle 68 percent of its rounds. Where it is too large after all rounds, or too many of
- * them were disturbed, some more follow for these descriptions and the base line.
+ * software rasteriser, which one thread works at, more than pixels, which all threads do. So turns
+ * during which others took more than a little of a processor do not count towards ratios, if enough
+ * remain. Where a ratio's error is too large after all rounds, some more follow for these
+ * descriptions and the base line.
  *
- * Lights turn about the vertical before every frame, so that what the CPU computes once a light
- * is part of the frame, and depth maps are drawn anew: a little from frame to frame, by the
- * golden angle from round to round. So the frames of a round show every description under the
- * same light, and the rounds, however many there are, spread over the circle evenly.
+ * Lights turn about the vertical before every frame, so that what the CPU computes once a light is
+ * part of the frame, and depth maps are drawn anew: a little from frame to frame of a turn, by the
+ * golden angle from round to round. So the turns of a round show every description under the same
+ * light, and the rounds, however many there are, spread over the circle evenly.
  *
  * With a driver whose timers count, each frame is enclosed by a query of GL_TIME_ELAPSED, some
- * frames are under way at once, and the time is that of the GPU. Software rasterisers have the
- * query, too, but it does not contain the work of their threads: there, glFinish follows every
- * frame and a clock runs from its first call to the end of glFinish. In both cases the CPU's
- * time is that until all calls of a frame are made; a software rasteriser has shaded the
- * vertices by then. */
+ * frames are under way at once, and the time is that of the GPU. A turn is a block of frames there:
+ * its first frame, which finds the caches full of the neighbour's data, does not count, and what it
+ * says is its shortest frame, since whatever interrupts a frame only adds to it. Software
+ * rasterisers have the query, too, but it does not contain the work of their threads: there,
+ * glFinish follows every frame and a clock runs from its first call to the end of glFinish. A turn
+ * is one frame, and there are as many rounds as it takes: a frame after somebody else's is not
+ * found to be longer there than one after its like, and turns of one frame halve what the drift
+ * leaves of errors, and more. In both cases the CPU's time is that until all calls of a frame are
+ * made; a software rasteriser has shaded the vertices by then. */
 #include "render/draw.h"
+#include "render/drift.h"
 
 #include "core/clock.h"
 #include "core/fail.h"
@@ -43,18 +47,22 @@ enum {
     QUERIES = 4,
     WARM_LEAST = 3,
     WARM_MOST = 50,
-    BLOCK_LEAST = 2, /* frames that count */
+    BLOCK_LEAST = 2, /* frames that count in a turn on a GPU          */
     ROUNDS_LEAST = 12,
-    ROUNDS_QUIET = 6, /* undisturbed ones that are enough for a ratio */
-    MOST_ROUNDS = 1000
+    ROUNDS_FINEST = 2000, /* shorter turns than these make do not help */
+    MOST_ROUNDS = 1000,   /* that may be asked for                     */
+    BASE_TURNS = 2,       /* of the base line in a round               */
+    LOOKS = 20            /* at what is uncertain, after the rounds asked for */
 };
-static const double WARM_SECONDS = .15;
+static const double WARM_SECONDS = .1;
 static const double STRETCH = 1.8; /* times the seconds asked for: where rounds are left out */
 static const double GOLDEN = 2.39996322972865332; /* pi (3 - sqrt(5)) */
 static const double STEP = .01;                   /* radians a frame  */
-static const double MORE = .1; /* of the rounds asked for may follow */
-static const double UNCERTAIN = .02; /* a relative error of a ratio that asks for them */
-static const double DISTURBED = .15; /* processors that others take: the clock has steps of .06 */
+static const double MORE = .3; /* of the rounds may follow */
+static const double UNCERTAIN = .025; /* a relative error of a ratio that asks for them */
+static const double DISTURBED = .15;  /* processors that others take ...                */
+static const double OVER = 1; /* ... on the mean over so many seconds: the clock has steps of .01 */
+static const double ENOUGH = .3; /* part of the turns that makes the others unnecessary */
 
 /* The frames of one description. */
 struct series {
@@ -62,24 +70,33 @@ struct series {
     double *ms;
     size_t cpu_count, cpu_room;
     double *cpu;
-    double *round; /* (rounds) shortest frame of a block; 0: sat out */
-    int rounds;    /* that it takes part in, of those asked for      */
+    int rounds; /* that it takes part in, of m->planned */
 };
 
 struct measurement {
     const struct dph_timing_job *job;
+    size_t jobs;
+    const struct dph_timing_params *params;
     struct dph_target target; /* one for all, so that no picture lies better in memory */
     GLuint query[QUERIES];
     bool gpu;
     struct series *series;
-    double *others; /* (rounds) processors that others took  */
-    double *ratio;  /* (rounds) room for those of a series   */
-    int rounds;     /* made so far                           */
+    struct dph_turn *turn; /* in the order in which they were taken */
+    size_t turns, turn_room;
+    bool *disturbed; /* (turns) others took too much            */
+    size_t known, known_room; /* turns of which that is known             */
+    struct dph_turn *kept;    /* those that count                         */
+    size_t *order; /* (jobs + BASE_TURNS) room: who has a turn in a round */
+    uint32_t random;
+    double *ratio, *error; /* (jobs)                                         */
+    int planned, rounds;   /* rounds that were asked for, and made so far    */
+    double start, others;  /* clocks when the first turn of unknown ones began */
+    double seconds, others_seconds; /* sums over all that is known            */
 };
 
 struct dph_timing_params dph_timing_defaults(void)
 {
-    return (struct dph_timing_params){.seconds = 1, .rounds = 20};
+    return (struct dph_timing_params){.seconds = 1, .rounds = 30};
 }
 
 bool dph_gl_timers(void)
@@ -93,20 +110,6 @@ bool dph_gl_timers(void)
             return false;
     glGetQueryiv(GL_TIME_ELAPSED, GL_QUERY_COUNTER_BITS, &bits);
     return bits > 0;
-}
-
-static int compare(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-/* The quantile q of sorted values, between neighbours where it falls between them. */
-static double quantile(const double *sorted, size_t count, double q)
-{
-    double at = q * (double)(count - 1);
-    size_t i = (size_t)at;
-    return i + 1 < count ? sorted[i] + (at - (double)i) * (sorted[i + 1] - sorted[i]) : sorted[i];
 }
 
 static bool push(double **list, size_t *count, size_t *room, double value, struct dph_error *err)
@@ -146,9 +149,9 @@ static bool submit(struct measurement *m, size_t j, double angle, struct dph_err
 }
 
 /* Frames that do not count, and by their length the number of rounds. */
-static bool warm_up(struct measurement *m, size_t j, const struct dph_timing_params *params,
-                    struct dph_error *err)
+static bool warm_up(struct measurement *m, size_t j, struct dph_error *err)
 {
+    const struct dph_timing_params *params = m->params;
     double start = dph_seconds(), least = INFINITY;
     for (int i = 0; i < WARM_LEAST || (i < WARM_MOST && dph_seconds() - start < WARM_SECONDS);
          i++) {
@@ -158,13 +161,16 @@ static bool warm_up(struct measurement *m, size_t j, const struct dph_timing_par
         glFinish();
         least = fmin(least, dph_seconds() - before);
     }
-    double wanted = STRETCH * params->seconds / ((1 + BLOCK_LEAST) * fmax(least, 1e-9));
-    if (j && wanted < params->rounds) /* the base line is in all of them */
-        m->series[j].rounds =
-            wanted > ROUNDS_LEAST ? (int)wanted
-                                  : params->rounds < ROUNDS_LEAST ? params->rounds : ROUNDS_LEAST;
-    else
-        m->series[j].rounds = params->rounds;
+    least = fmax(least, 1e-9);
+    double wanted = params->rounds;
+    if (!m->gpu)
+        wanted = fmax(wanted, fmin(params->seconds / least, ROUNDS_FINEST));
+    else if (j) /* the base line is in all of them */
+        wanted = fmin(wanted, fmax(STRETCH * params->seconds / ((1 + BLOCK_LEAST) * least),
+                                   ROUNDS_LEAST));
+    m->series[j].rounds = (int)ceil(wanted);
+    if (m->planned < m->series[j].rounds)
+        m->planned = m->series[j].rounds;
     return true;
 }
 
@@ -177,19 +183,22 @@ static bool collect(struct measurement *m, struct series *series, size_t frame,
     return push(&series->ms, &series->count, &series->room, 1e-6 * (double)elapsed, err);
 }
 
-/* A block of at least `seconds`. */
-static bool run_block(struct measurement *m, size_t j, int round, double seconds,
-                      struct dph_error *err)
+/* A turn of description j. */
+static bool run_turn(struct measurement *m, size_t j, struct dph_error *err)
 {
     struct series *series = &m->series[j];
-    const size_t first = series->count;
-    const double angle = GOLDEN * round;
+    const size_t first = series->count, frames = m->gpu ? BLOCK_LEAST : 1;
+    const double seconds =
+        m->params->seconds / (m->gpu ? (double)series->rounds : (double)ROUNDS_FINEST);
+    const double angle = GOLDEN * m->rounds;
     size_t done = 0, collected = 0;
-    if (!submit(m, j, angle, err))
-        return false;
-    glFinish();
+    if (m->gpu) {
+        if (!submit(m, j, angle, err))
+            return false;
+        glFinish();
+    }
     for (double start = dph_seconds(), now = start;
-         done < BLOCK_LEAST || now - start < seconds; done++) {
+         done < frames || now - start < seconds; done++) {
         double before = dph_seconds();
         if (m->gpu)
             glBeginQuery(GL_TIME_ELAPSED, m->query[done % QUERIES]);
@@ -215,84 +224,137 @@ static bool run_block(struct measurement *m, size_t j, int round, double seconds
     double least = INFINITY;
     for (size_t i = first; i < series->count; i++)
         least = fmin(least, series->ms[i]);
-    series->round[round] = fmax(least, 1e-9); /* a timer may say 0 */
+    struct dph_turn *turn = dph_grow(m->turn, m->turns, &m->turn_room, sizeof *turn);
+    if (!turn)
+        return dph_fail_memory(err);
+    m->turn = turn;
+    turn[m->turns++] = (struct dph_turn){j, fmax(least, 1e-9)}; /* a timer may say 0 */
     return dph_gl_check("measurement", err);
 }
 
-/* The ratio of a series and its error: of undisturbed rounds, or of all where these are few. */
-static double ratio_of(const struct measurement *m, size_t j, double *error)
+/* Whether others disturbed the turns since this was known last, if that is long enough ago or
+ * `now`. */
+static bool watch_others(struct measurement *m, bool now, struct dph_error *err)
 {
-    const struct series *series = &m->series[j];
-    size_t n = 0;
-    for (int all = 0; all < 2 && n < ROUNDS_QUIET; all++) {
-        n = 0;
-        for (int r = 0; r < m->rounds; r++)
-            if (series->round[r] > 0 && (all || m->others[r] <= DISTURBED))
-                m->ratio[n++] = series->round[r] / m->series[0].round[r];
+    const double seconds = dph_seconds() - m->start;
+    if (!now && seconds < OVER)
+        return true;
+    const double others = fmax(dph_seconds_others() - m->others, 0);
+    while (m->known < m->turns) {
+        bool *grown = dph_grow(m->disturbed, m->known, &m->known_room, sizeof *grown);
+        if (!grown)
+            return dph_fail_memory(err);
+        m->disturbed = grown;
+        grown[m->known++] = others > DISTURBED * fmax(seconds, OVER);
     }
-    qsort(m->ratio, n, sizeof *m->ratio, compare);
-    double middle = quantile(m->ratio, n, .5);
-    double width = quantile(m->ratio, n, .84) - quantile(m->ratio, n, .16);
-    *error = 1.2533 * width / 2 / sqrt((double)n);
-    return middle;
+    m->seconds += seconds;
+    m->others_seconds += others;
+    m->start += seconds;
+    m->others += others;
+    return true;
 }
 
-/* Whether another round is made, and for whom. */
-static bool wants_more(const struct measurement *m, size_t count, bool *more)
+/* All ratios: of undisturbed turns, or of all where these are few of a description's. `quiet`:
+ * whether they are enough. */
+static bool find_ratios(struct measurement *m, bool *quiet, struct dph_error *err)
 {
-    bool any = false;
-    for (size_t j = 1; j < count; j++) {
-        double error;
-        int quiet = 0;
-        for (int r = 0; r < m->rounds; r++)
-            quiet += m->series[j].round[r] > 0 && m->others[r] <= DISTURBED;
-        const double ratio = ratio_of(m, j, &error);
-        more[j] = error > UNCERTAIN * ratio || quiet < ROUNDS_QUIET;
-        any = any || more[j];
+    size_t n = 0;
+    *quiet = true;
+    for (size_t j = 0; j < m->jobs; j++) {
+        size_t all = 0, kept = 0;
+        for (size_t i = 0; i < m->turns; i++)
+            if (m->turn[i].series == j) {
+                all++;
+                kept += !m->disturbed[i];
+            }
+        *quiet = *quiet && (double)kept >= ENOUGH * (double)all;
     }
-    more[0] = any;
-    return any;
+    free(m->kept);
+    m->kept = dph_alloc(m->turns, sizeof *m->kept);
+    if (!m->kept)
+        return dph_fail_memory(err);
+    for (size_t i = 0; i < m->turns; i++)
+        if (!*quiet || !m->disturbed[i])
+            m->kept[n++] = m->turn[i];
+    return dph_drift_ratios(m->kept, n, m->jobs, m->ratio, m->error, err);
 }
 
 static void summarise(const struct measurement *m, size_t j, struct dph_timing *timing)
 {
     struct series *series = &m->series[j];
-    double error, ratio = ratio_of(m, j, &error), others = 0;
-    for (int r = 0; r < m->rounds; r++)
-        others += m->others[r] / m->rounds;
-    qsort(series->ms, series->count, sizeof *series->ms, compare);
-    qsort(series->cpu, series->cpu_count, sizeof *series->cpu, compare);
+    dph_sort(series->ms, series->count);
+    dph_sort(series->cpu, series->cpu_count);
     *timing = (struct dph_timing){.frames = series->count,
-                                  .ms_median = quantile(series->ms, series->count, .5),
-                                  .ms_p05 = quantile(series->ms, series->count, .05),
-                                  .ms_p95 = quantile(series->ms, series->count, .95),
-                                  .cpu_ms = quantile(series->cpu, series->cpu_count, .5),
-                                  .ratio = j ? ratio : 1,
-                                  .ratio_error = j ? error : 0,
-                                  .others = others,
+                                  .ms_median = dph_quantile(series->ms, series->count, .5),
+                                  .ms_p05 = dph_quantile(series->ms, series->count, .05),
+                                  .ms_p95 = dph_quantile(series->ms, series->count, .95),
+                                  .cpu_ms = dph_quantile(series->cpu, series->cpu_count, .5),
+                                  .ratio = m->ratio[j],
+                                  .ratio_error = m->error[j],
+                                  .others = m->others_seconds / m->seconds,
                                   .gpu = m->gpu};
 }
 
-/* Round number m->rounds, for those with `more`, or, NULL, for those whose turn it is. */
-static bool run_round(struct measurement *m, size_t count, const struct dph_timing_params *params,
-                      const bool *more, struct dph_error *err)
+/* Round number m->rounds, for those whose turn it is, and of these, `uncertain` not NULL, for whom
+ * that says so. */
+static bool run_round(struct measurement *m, const bool *uncertain, struct dph_error *err)
 {
-    const size_t round = (size_t)m->rounds, rounds = (size_t)params->rounds;
-    const size_t last = rounds + (size_t)(MORE * params->rounds);
-    const double start = dph_seconds(), others = dph_seconds_others();
+    const int64_t round = m->rounds, planned = m->planned;
+    const double last = m->planned + floor(MORE * m->planned);
+    size_t count = 0;
+    for (size_t j = 0; j < m->jobs; j++) {
+        const int64_t part = m->series[j].rounds;
+        const bool turn = (round + 1) * part / planned > round * part / planned;
+        if (!j)
+            for (int i = 0; i < (m->jobs > 1 ? BASE_TURNS : 1); i++)
+                m->order[count++] = 0;
+        else if (turn && (!uncertain || uncertain[j]))
+            m->order[count++] = j;
+    }
+    for (size_t i = count; i > 1; i--) { /* shuffled, as R. A. Fisher and F. Yates do it */
+        m->random = m->random * 1664525U + 1013904223U;
+        size_t k = (m->random >> 8) % i, moved = m->order[i - 1];
+        m->order[i - 1] = m->order[k];
+        m->order[k] = moved;
+    }
     for (size_t i = 0; i < count; i++) {
-        const size_t j = (round + i) % count, part = (size_t)m->series[j].rounds;
-        const bool turn =
-            more ? more[j] : (round + 1) * part / rounds > round * part / rounds;
-        if (turn && !run_block(m, j, (int)round, params->seconds / (double)part, err))
+        if (!run_turn(m, m->order[i], err))
             return false;
-        if (params->progress &&
-            !params->progress(params->progress_user, (double)(round * count + i + 1) /
-                                                         (double)(last * count)))
+        const double done = ((double)round + (double)(i + 1) / (double)count) / last;
+        if (m->params->progress && !m->params->progress(m->params->progress_user, done))
             return dph_fail(err, DPH_ERROR_CANCELLED, "cancelled");
     }
-    m->others[round] = fmax(dph_seconds_others() - others, 0) / (dph_seconds() - start);
     m->rounds++;
+    return watch_others(m, false, err);
+}
+
+/* As many rounds as were asked for, and more while a ratio is uncertain. */
+static bool run_rounds(struct measurement *m, bool *uncertain, struct dph_error *err)
+{
+    const int last = m->planned + (int)(MORE * m->planned);
+    m->start = dph_seconds();
+    m->others = dph_seconds_others();
+    while (m->rounds < m->planned)
+        if (!run_round(m, NULL, err))
+            return false;
+    for (;;) {
+        const int next = m->rounds + (last - m->planned + LOOKS - 1) / LOOKS;
+        bool any = false, quiet = true;
+        if (!watch_others(m, true, err) || !find_ratios(m, &quiet, err))
+            return false;
+        for (size_t j = 1; j < m->jobs; j++) {
+            uncertain[j] = !quiet || m->error[j] > UNCERTAIN * m->ratio[j];
+            any = any || uncertain[j];
+        }
+        if (!any || m->rounds >= last)
+            break;
+        while (m->rounds < next && m->rounds < last)
+            if (!run_round(m, uncertain, err))
+                return false;
+    }
+    if (m->rounds < last && m->params->progress &&
+        !m->params->progress(m->params->progress_user, 1))
+        return dph_fail(err, DPH_ERROR_CANCELLED, "cancelled");
     return true;
 }
 
@@ -300,40 +362,29 @@ bool dph_renderer_measure(const struct dph_timing_job *job, size_t count,
                           const struct dph_timing_params *params, struct dph_timing *timing,
                           struct dph_error *err)
 {
-    struct measurement m = {.job = job};
-    bool *more = NULL, ok = false;
+    struct measurement m = {.job = job, .jobs = count, .params = params, .random = 1};
+    bool *uncertain = NULL, ok = false;
     if (!count || !(params->seconds > 0 && params->seconds <= 3600) || params->rounds < 1 ||
         params->rounds > MOST_ROUNDS)
         return dph_fail(err, DPH_ERROR_ARGUMENT, "%zu measurements of %g s in %d rounds", count,
                         params->seconds, params->rounds);
-    const int last = params->rounds + (int)(MORE * params->rounds);
     m.gpu = dph_gl_timers();
     if (m.gpu)
         glGenQueries(QUERIES, m.query);
     m.series = dph_alloc_zero(count, sizeof *m.series);
-    m.others = dph_alloc_zero((size_t)last, sizeof *m.others);
-    m.ratio = dph_alloc((size_t)last, sizeof *m.ratio);
-    more = dph_alloc_zero(count, sizeof *more);
-    for (size_t j = 0; m.series && j < count; j++)
-        m.series[j].round = dph_alloc_zero((size_t)last, sizeof *m.series[j].round);
-    for (size_t j = 0; j < count; j++)
-        if (!m.ratio || !m.others || !more || !m.series || !m.series[j].round) {
-            dph_fail_memory(err);
-            goto error;
-        }
-    for (size_t j = 0; j < count; j++)
-        if (!warm_up(&m, j, params, err))
-            goto error;
-    while (m.rounds < params->rounds)
-        if (!run_round(&m, count, params, NULL, err))
-            goto error;
-    while (m.rounds < last && wants_more(&m, count, more))
-        if (!run_round(&m, count, params, more, err))
-            goto error;
-    if (m.rounds < last && params->progress && !params->progress(params->progress_user, 1)) {
-        dph_fail(err, DPH_ERROR_CANCELLED, "cancelled");
+    m.order = dph_alloc(count + BASE_TURNS, sizeof *m.order);
+    m.ratio = dph_alloc(count, sizeof *m.ratio);
+    m.error = dph_alloc(count, sizeof *m.error);
+    uncertain = dph_alloc_zero(count, sizeof *uncertain);
+    if (!m.series || !m.order || !m.ratio || !m.error || !uncertain) {
+        dph_fail_memory(err);
         goto error;
     }
+    for (size_t j = 0; j < count; j++)
+        if (!warm_up(&m, j, err))
+            goto error;
+    if (!run_rounds(&m, uncertain, err))
+        goto error;
     for (size_t j = count; j-- > 0;)
         summarise(&m, j, &timing[j]);
     ok = true;
@@ -342,12 +393,15 @@ error:
     for (size_t j = 0; m.series && j < count; j++) {
         free(m.series[j].ms);
         free(m.series[j].cpu);
-        free(m.series[j].round);
     }
     free(m.series);
-    free(m.others);
+    free(m.turn);
+    free(m.disturbed);
+    free(m.kept);
+    free(m.order);
     free(m.ratio);
-    free(more);
+    free(m.error);
+    free(uncertain);
     dph_target_finish(&m.target);
     if (m.gpu)
         glDeleteQueries(QUERIES, m.query);
