@@ -52,13 +52,14 @@ enum {
     ROUNDS_FINEST = 2000, /* shorter turns than these make do not help */
     MOST_ROUNDS = 1000,   /* that may be asked for                     */
     BASE_TURNS = 2,       /* of the base line in a round               */
+    LONGEST = 2,          /* times the rounds: for what has not had its seconds */
     LOOKS = 20            /* at what is uncertain, after the rounds asked for */
 };
-static const double WARM_SECONDS = .1;
+static const double WARM_SECONDS = .06;
 static const double STRETCH = 1.8; /* times the seconds asked for: where rounds are left out */
 static const double GOLDEN = 2.39996322972865332; /* pi (3 - sqrt(5)) */
 static const double STEP = .01;                   /* radians a frame  */
-static const double MORE = .3; /* of the rounds may follow */
+static const double MORE = .3; /* of the rounds may follow for what is uncertain */
 static const double UNCERTAIN = .025; /* a relative error of a ratio that asks for them */
 static const double DISTURBED = .15;  /* processors that others take ...                */
 static const double OVER = 1; /* ... on the mean over so many seconds: the clock has steps of .01 */
@@ -70,7 +71,8 @@ struct series {
     double *ms;
     size_t cpu_count, cpu_room;
     double *cpu;
-    int rounds; /* that it takes part in, of m->planned */
+    double total; /* milliseconds                         */
+    int rounds;   /* that it takes part in, of m->planned */
 };
 
 struct measurement {
@@ -152,21 +154,23 @@ static bool submit(struct measurement *m, size_t j, double angle, struct dph_err
 static bool warm_up(struct measurement *m, size_t j, struct dph_error *err)
 {
     const struct dph_timing_params *params = m->params;
-    double start = dph_seconds(), least = INFINITY;
-    for (int i = 0; i < WARM_LEAST || (i < WARM_MOST && dph_seconds() - start < WARM_SECONDS);
-         i++) {
+    double seconds[WARM_MOST];
+    const double start = dph_seconds();
+    int count = 0;
+    while (count < WARM_LEAST || (count < WARM_MOST && dph_seconds() - start < WARM_SECONDS)) {
         double before = dph_seconds();
-        if (!submit(m, j, STEP * i, err))
+        if (!submit(m, j, STEP * count, err))
             return false;
         glFinish();
-        least = fmin(least, dph_seconds() - before);
+        seconds[count++] = dph_seconds() - before;
     }
-    least = fmax(least, 1e-9);
+    dph_sort(seconds, (size_t)count);
+    const double usual = fmax(dph_quantile(seconds, (size_t)count, .5), 1e-9);
     double wanted = params->rounds;
     if (!m->gpu)
-        wanted = fmax(wanted, fmin(params->seconds / least, ROUNDS_FINEST));
+        wanted = fmax(wanted, fmin(params->seconds / usual, ROUNDS_FINEST));
     else if (j) /* the base line is in all of them */
-        wanted = fmin(wanted, fmax(STRETCH * params->seconds / ((1 + BLOCK_LEAST) * least),
+        wanted = fmin(wanted, fmax(STRETCH * params->seconds / ((1 + BLOCK_LEAST) * usual),
                                    ROUNDS_LEAST));
     m->series[j].rounds = (int)ceil(wanted);
     if (m->planned < m->series[j].rounds)
@@ -222,8 +226,10 @@ static bool run_turn(struct measurement *m, size_t j, struct dph_error *err)
         if (!collect(m, series, collected++, err))
             return false;
     double least = INFINITY;
-    for (size_t i = first; i < series->count; i++)
+    for (size_t i = first; i < series->count; i++) {
         least = fmin(least, series->ms[i]);
+        series->total += series->ms[i];
+    }
     struct dph_turn *turn = dph_grow(m->turn, m->turns, &m->turn_room, sizeof *turn);
     if (!turn)
         return dph_fail_memory(err);
@@ -295,22 +301,22 @@ static void summarise(const struct measurement *m, size_t j, struct dph_timing *
                                   .gpu = m->gpu};
 }
 
-/* Round number m->rounds, for those whose turn it is, and of these, `uncertain` not NULL, for whom
- * that says so. */
+/* Round number m->rounds, for those whose turn it is, with the base line. `uncertain` not NULL: for
+ * those of them only of whom that says so; for nobody if there are none. */
 static bool run_round(struct measurement *m, const bool *uncertain, struct dph_error *err)
 {
     const int64_t round = m->rounds, planned = m->planned;
-    const double last = m->planned + floor(MORE * m->planned);
+    const double last = LONGEST * (double)m->planned;
     size_t count = 0;
     for (size_t j = 0; j < m->jobs; j++) {
         const int64_t part = m->series[j].rounds;
         const bool turn = (round + 1) * part / planned > round * part / planned;
-        if (!j)
-            for (int i = 0; i < (m->jobs > 1 ? BASE_TURNS : 1); i++)
-                m->order[count++] = 0;
-        else if (turn && (!uncertain || uncertain[j]))
+        if (turn && (!uncertain || uncertain[j]))
             m->order[count++] = j;
     }
+    const size_t base = !count ? 0 : m->jobs > 1 ? BASE_TURNS : 1;
+    for (size_t have = count && !m->order[0]; have < base; have++)
+        m->order[count++] = 0;
     for (size_t i = count; i > 1; i--) { /* shuffled, as R. A. Fisher and F. Yates do it */
         m->random = m->random * 1664525U + 1013904223U;
         size_t k = (m->random >> 8) % i, moved = m->order[i - 1];
@@ -328,22 +334,25 @@ static bool run_round(struct measurement *m, const bool *uncertain, struct dph_e
     return watch_others(m, false, err);
 }
 
-/* As many rounds as were asked for, and more while a ratio is uncertain. */
+/* As many rounds as were planned, and more while a ratio is uncertain, or where frames turn out to
+ * be shorter than they seemed. */
 static bool run_rounds(struct measurement *m, bool *uncertain, struct dph_error *err)
 {
-    const int last = m->planned + (int)(MORE * m->planned);
+    const int last = LONGEST * m->planned, enough = m->planned + (int)(MORE * m->planned);
     m->start = dph_seconds();
     m->others = dph_seconds_others();
     while (m->rounds < m->planned)
         if (!run_round(m, NULL, err))
             return false;
     for (;;) {
-        const int next = m->rounds + (last - m->planned + LOOKS - 1) / LOOKS;
+        const int next = m->rounds + 1 + (enough - m->planned) / LOOKS;
         bool any = false, quiet = true;
         if (!watch_others(m, true, err) || !find_ratios(m, &quiet, err))
             return false;
-        for (size_t j = 1; j < m->jobs; j++) {
-            uncertain[j] = !quiet || m->error[j] > UNCERTAIN * m->ratio[j];
+        for (size_t j = 0; j < m->jobs; j++) {
+            uncertain[j] = !m->gpu && m->series[j].total < 1e3 * m->params->seconds;
+            if (j && m->rounds < enough)
+                uncertain[j] |= !quiet || m->error[j] > UNCERTAIN * m->ratio[j];
             any = any || uncertain[j];
         }
         if (!any || m->rounds >= last)
