@@ -256,6 +256,8 @@ bool bench_view_init(struct bench_view *view, const struct bench_model *model,
                 if (!(view->rivals[b].response = dph_response_create(
                           &once->body[b].rivals->response_rows, &form, NULL, err)))
                     goto error;
+                if (once->body[b].rivals->response)
+                    view->rivals[b].response->view = once->body[b].rivals->response->view;
             }
         }
     }

@@ -93,6 +93,7 @@ static void print_json(const struct settings *settings, const struct dph_scene *
     if (settings->products & DPH_PRODUCT_RESPONSE) {
         emit_number(&json, "walks", response->seconds_bake);
         emit_number(&json, "form", response->seconds_form);
+        emit_number(&json, "view", response->seconds_view);
     }
     emit_number(&json, "save", timing->save);
     emit_number(&json, "total", timing->total);

@@ -134,7 +134,8 @@ static void report(const struct settings *settings, const struct dph_frame *fram
             emit_number(&json, "normals", rivals->seconds_normals);
             emit_number(&json, "transfer", rivals->seconds_transfer);
             emit_number(&json, "clusters", rivals->seconds_clusters);
-            emit_number(&json, "response", response->seconds_bake + response->seconds_form);
+            emit_number(&json, "response", response->seconds_bake + response->seconds_form +
+                                                response->seconds_view);
         }
         emit_number(&json, "total", seconds);
         emit_close(&json, '}');
@@ -207,7 +208,7 @@ static int run(struct settings *settings)
         talk(settings,
              "baked in memory: normals %.2f s, transfer %.2f s, clusters %.2f s, response %.2f s",
              rivals.seconds_normals, rivals.seconds_transfer, rivals.seconds_clusters,
-             response.seconds_bake + response.seconds_form);
+             response.seconds_bake + response.seconds_form + response.seconds_view);
     }
     note_bands(settings, scene);
     note_root(settings, scene);

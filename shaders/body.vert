@@ -102,6 +102,9 @@ void main()
 #else
         thickness[i] = dph_thickness(coefficient, u_light[i].sh);
 #endif
+#ifdef DPH_VIEW
+        thickness[i] = dph_response_seen(u_light[i].view, thickness[i], normal);
+#endif
     }
     v_surface = vec4(normal, thickness[0]);
 #if DPH_LIGHTS > 1

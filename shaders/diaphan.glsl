@@ -177,7 +177,22 @@ vec3 dph_ramp(DPH_RAMP_SAMPLER ramp, float u)
     return texture(ramp, DPH_RAMP_AT(u * ((DPH_RAMP - 1.0) / DPH_RAMP) + 0.5 / DPH_RAMP)).rgb;
 }
 
-// Root form: the sum is the root.
+// How much more than the average of all views the eye gets: struct dph_view_constants of
+// diaphan/response.h.
+struct DphView {
+    vec3 normal;
+    float even, root, value;
+};
+
+// Root form, vertex stage: what to hand on in the place of the sum, for the eye that `view` is for.
+float dph_response_seen(DphView view, float sum, vec3 normal)
+{
+    float u = abs(sum);
+    float gain = view.even + dot(view.normal, normal) + u * (view.root + u * view.value);
+    return u * sqrt(clamp(gain, 0.0, 4.0));
+}
+
+// Root form, fragment stage: the sum is the root.
 vec3 dph_response_root(DPH_RAMP_SAMPLER ramp, float sum)
 {
     return dph_ramp(ramp, abs(sum));

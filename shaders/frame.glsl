@@ -16,6 +16,9 @@ struct DphLight {
 #if DPH_VECTORS > 0
     vec4 sh[DPH_VECTORS];
 #endif
+#ifdef DPH_VIEW
+    DphView view; // what the eye sees of a response
+#endif
 };
 
 uniform DphLight u_light[DPH_LIGHTS];

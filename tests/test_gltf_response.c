@@ -112,6 +112,7 @@ static void assert_same(const struct dph_rivals *a, const struct dph_rivals *b)
     assert_int_equal(dph_response_shared(x), dph_response_shared(y));
     if (x->form != DPH_RESPONSE_RGB)
         assert_memory_equal(&x->ramp, &y->ramp, sizeof x->ramp);
+    assert_memory_equal(&x->view, &y->view, sizeof x->view);
     assert_string_equal(a->response_origin.material, b->response_origin.material);
     assert_memory_equal(a->response_origin.scattering, b->response_origin.scattering,
                         sizeof a->response_origin.scattering);
@@ -144,6 +145,9 @@ static void test_round_trip(void **unused)
                 struct dph_scene *scene = make_scene();
                 bake(scene, (enum dph_response_form)form, bands, (enum dph_store)store,
                      bands == 4 ? 300 : 3);
+                if (form == DPH_RESPONSE_ROOT)
+                    for (int k = 0; k < DPH_VIEW_TERMS; k++)
+                        scene->body->rivals->response->view.term[k] = (float)(k - 7) / 3;
                 save(scene, path);
                 struct dph_scene *back = load(path);
                 assert_same(scene->body->rivals, back->body->rivals);

@@ -2,7 +2,7 @@
  * plain cuts, and an optimum that quadrature finds to be one. */
 #include "shapes.h"
 
-#include <diaphan/response.h>
+#include "bake/view_gain.h"
 
 #include <float.h>
 #include <setjmp.h>
@@ -421,6 +421,86 @@ static void refusals(void **state)
     dph_mesh_finish(&mesh);
 }
 
+/* Numbers from -1 to 1 that are the same every time. */
+static double draw(uint32_t *state)
+{
+    *state = *state * 1664525U + 1013904223U;
+    return (double)*state / 2147483648.0 - 1;
+}
+
+/* The polynomial as it is written, the numbers for a shader, and the even one. */
+static void views_are_polynomials(void **state)
+{
+    (void)state;
+    uint32_t seed = 1;
+    struct dph_view_gain even = dph_view_even();
+    assert_true(dph_view_gain(&even, .3, .4, -.5, .1) == 1);
+    for (int round = 0; round < 100; round++) {
+        struct dph_response response = {.ramp.top = (float)(.3 + .2 * draw(&seed))};
+        double n[3], l[3], v[3], *direction[3] = {n, l, v}, sum = 0;
+        for (int i = 0; i < 3; i++) {
+            double length = 0;
+            for (int k = 0; k < 3; k++)
+                length += pow(direction[i][k] = draw(&seed), 2);
+            for (int k = 0; k < 3; k++)
+                direction[i][k] /= sqrt(length);
+        }
+        for (int k = 0; k < DPH_VIEW_TERMS; k++)
+            response.view.term[k] = (float)(.1 * draw(&seed) + (k == 0));
+        double p = .2 * (1 + draw(&seed)), s = sqrt(PI * p);
+        double nl = n[0] * l[0] + n[1] * l[1] + n[2] * l[2];
+        double nv = n[0] * v[0] + n[1] * v[1] + n[2] * v[2];
+        double lv = l[0] * v[0] + l[1] * v[1] + l[2] * v[2];
+        for (int k = 0; k < 3; k++) {
+            const float *t = response.view.term + 5 * k;
+            sum += pow(lv, k) * ((double)t[0] + (double)t[1] * nl + (double)t[2] * nv +
+                                 (double)t[3] * s + (double)t[4] * s * s);
+        }
+        sum = fmin(fmax(sum, 0), 4);
+        assert_float_equal(dph_view_gain(&response.view, nl, nv, lv, p), sum, 1e-9);
+        struct dph_view_constants c;
+        double u = sqrt(p / (double)response.ramp.top);
+        dph_view_constants(&response, l, v, &c);
+        double shader = (double)c.even + (double)c.root * u + (double)c.value * u * u;
+        for (int k = 0; k < 3; k++)
+            shader += (double)c.normal[k] * n[k];
+        assert_float_equal(fmin(fmax(shader, 0), 4), sum, 1e-5);
+    }
+}
+
+/* Pictures that a polynomial made are explained by it; no light, no change. */
+static void views_are_recovered(void **state)
+{
+    (void)state;
+    struct dph_view_equations equations = {{0}, {0}};
+    struct dph_view_gain gain = dph_view_solve(&equations), made = dph_view_even();
+    uint32_t seed = 7;
+    for (int k = 0; k < DPH_VIEW_TERMS; k++) {
+        assert_true(gain.term[k] == (k == 0));
+        made.term[k] += (float)(.04 * draw(&seed));
+    }
+    for (int i = 0; i < 20000; i++) {
+        double term[DPH_VIEW_TERMS], p = .15 * (1 + draw(&seed)), mu = draw(&seed);
+        double eye = .5 + .5 * draw(&seed), c = draw(&seed);
+        struct dph_view_equations one;
+        dph_view_terms(mu, eye, c, p, term);
+        double seen = dph_view_gain(&made, mu, eye, c, p) * p;
+        for (int a = 0, k = 0; a < DPH_VIEW_TERMS; a++) {
+            for (int b = 0; b <= a; b++)
+                one.matrix[k++] = p * p * term[a] * term[b];
+            one.right[a] = p * seen * term[a];
+        }
+        dph_view_add(&equations, &one);
+    }
+    gain = dph_view_solve(&equations);
+    for (int i = 0; i < 1000; i++) {
+        double p = .02 + .13 * (1 + draw(&seed)), mu = draw(&seed), eye = .5 + .5 * draw(&seed);
+        double c = draw(&seed);
+        assert_float_equal(dph_view_gain(&gain, mu, eye, c, p), dph_view_gain(&made, mu, eye, c, p),
+                           .01);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -431,6 +511,8 @@ int main(void)
         cmocka_unit_test(forms_and_bytes),
         cmocka_unit_test(bytes_do_not_depend_on_threads),
         cmocka_unit_test(refusals),
+        cmocka_unit_test(views_are_polynomials),
+        cmocka_unit_test(views_are_recovered),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -353,6 +353,73 @@ static bool stop_halfway(void *user, double fraction)
     return fraction < .5;
 }
 
+/* A response that is p towards all directions. */
+static struct dph_response *even_response(const struct dph_transfer *rows, double p,
+                                          enum dph_response_form kind)
+{
+    struct dph_transfer even = *rows;
+    struct dph_response_params form = dph_response_defaults();
+    struct dph_error err = {0};
+    form.bands = 1;
+    form.form = kind;
+    form.store = DPH_STORE_FLOAT;
+    even.bands = 1;
+    even.length = 3;
+    even.vector = malloc(even.npos * 3 * sizeof *even.vector);
+    assert_non_null(even.vector);
+    for (size_t i = 0; i < 3 * even.npos; i++)
+        even.vector[i] = (float)(p * sqrt(4 * PI));
+    struct dph_response *response = dph_response_create(&even, &form, NULL, &err);
+    free(even.vector);
+    if (!response)
+        fail_msg("%s", err.message);
+    return response;
+}
+
+/* Hardly any scattering, sphere: what an eye sees is in proportion to the way through it, 2 R n.v,
+ * wherever the light is; the mean over views is two thirds of 2 R. So the gain is 1.5 n.v. */
+static void thin_matter_glows_with_its_depth(void **state)
+{
+    (void)state;
+    struct dph_mesh mesh = make_sphere(2, 64, 32);
+    struct dph_bake_input input = input_of(&mesh);
+    const double scattering = .02;
+    struct dph_response_bake_params p = medium(scattering, scattering, scattering, 0);
+    struct dph_view_gain gain, other;
+    struct dph_error err = {0};
+    p.bands = 1;
+    p.noise = .5;
+    p.straight = false;
+    struct dph_transfer t = bake(&mesh, &p, NULL);
+    /* scattering / 4 pi times the mean way */
+    double mean = scattering / (4 * PI) * 2 * 2 * 2 / 3;
+    assert_float_equal(t.vector[0] * sqrt(1 / (4 * PI)), mean, .5 * mean);
+    struct dph_response *response = even_response(&t, mean, DPH_RESPONSE_ROOT);
+    p.threads = 1;
+    if (!dph_response_view_fit(&input, &p, response, &gain, &err))
+        fail_msg("%s", err.message);
+    for (double mu = -1; mu <= 1; mu += .5)
+        for (double eye = .1; eye <= 1; eye += .1)
+            for (double c = -.8; c <= .8; c += .4)
+                /* 2 samples of 100 are scattered once */
+                assert_float_equal(dph_view_gain(&gain, mu, eye, c, mean), 1.5 * eye, .35);
+    double slope = dph_view_gain(&gain, 0, 1, 0, mean) - dph_view_gain(&gain, 0, .2, 0, mean);
+    assert_float_equal(slope, 1.2, .15);
+    p.threads = 2;
+    assert_true(dph_response_view_fit(&input, &p, response, &other, &err));
+    assert_memory_equal(&gain, &other, sizeof gain);
+    dph_response_destroy(response);
+    /* what cannot be */
+    response = even_response(&t, mean, DPH_RESPONSE_RGB);
+    assert_false(dph_response_view_fit(&input, &p, response, &gain, &err));
+    assert_int_equal(err.code, DPH_ERROR_ARGUMENT);
+    other = dph_view_even();
+    assert_memory_equal(&gain, &other, sizeof gain);
+    dph_response_destroy(response);
+    dph_transfer_finish(&t);
+    dph_mesh_finish(&mesh);
+}
+
 static void progress_limits_and_mistakes(void **state)
 {
     (void)state;
@@ -408,6 +475,7 @@ int main(void)
         cmocka_unit_test(noise_is_honest),
         cmocka_unit_test(same_bytes_for_any_threads),
         cmocka_unit_test(anisotropy_counts),
+        cmocka_unit_test(thin_matter_glows_with_its_depth),
         cmocka_unit_test(progress_limits_and_mistakes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

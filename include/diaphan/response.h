@@ -44,6 +44,25 @@ struct dph_ramp {
 /* The colour of a value; what is below 0 counts as 0. */
 void dph_ramp_color(const struct dph_ramp *ramp, double value, double color[3]);
 
+/* What a direction of sight sees, over the average of all of them: with n, l and v the unit vectors
+ * along the normal, to the light and to the eye, p the value and s = sqrt(pi p),
+ *
+ *     gain = sum_k (l.v)^k (t_k0 + t_k1 n.l + t_k2 n.v + t_k3 s + t_k4 s^2),   k = 0, 1, 2,
+ *
+ * with t_kj = term[5 k + j]; cut off below 0 and above 4. dph_response_view_fit (response_bake.h)
+ * finds the terms of a body by random walks. */
+#define DPH_VIEW_TERMS 15
+struct dph_view_gain {
+    float term[DPH_VIEW_TERMS];
+};
+
+/* The gain that is 1 everywhere. */
+struct dph_view_gain dph_view_even(void);
+
+/* The gain for n.l and l.v from -1 to 1, n.v from 0 to 1 and a value >= 0. */
+double dph_view_gain(const struct dph_view_gain *gain, double normal_light, double normal_eye,
+                     double light_eye, double value);
+
 /* struct dph_response_params p = dph_response_defaults(); */
 struct dph_response_params {
     enum dph_response_form form; /* DPH_RESPONSE_ROOT                                             */
@@ -75,6 +94,7 @@ struct dph_response {
     struct dph_cpca *clusters;
     uint32_t *position_of; /* (nvert) the signal of a vertex; NULL without clusters               */
     struct dph_ramp ramp;  /* forms of one channel                                                */
+    struct dph_view_gain view; /* root form; the others, whose lights may be summed, stay averages */
     size_t nvert;
     double noise;          /* of the bake, relative, as it estimated it; 0: not known             */
     double walks;          /* of the bake, mean of a position; 0: not known                       */
@@ -92,8 +112,8 @@ struct dph_response_report {
 };
 
 /* Makes a form of `full`, RGB rows with areas. `report` is Nullable. The same input and parameters
- * give the same bytes for any number of threads and on any processor. `noise` and `walks` are left
- * for the caller to set.
+ * give the same bytes for any number of threads and on any processor. `noise`, `walks` and `view`
+ * (until then even) are left for the caller to set.
  * NULL: DPH_ERROR_ARGUMENT (a parameter out of range, rows that are not RGB), DPH_ERROR_INPUT (a
  * number that is not finite), DPH_ERROR_MEMORY, DPH_ERROR_CANCELLED. */
 struct dph_response *dph_response_create(const struct dph_transfer *full,
@@ -108,6 +128,23 @@ void dph_response_destroy(struct dph_response *response);
  * of a linear form (0: all): what is drawn for light of irradiance 1 from there. */
 void dph_response_along(const struct dph_response *response, size_t vertex,
                         const double direction[3], int bands, double color[3]);
+
+/* The value of one vertex towards a unit direction of object space, which the ramp has a colour for.
+ * Forms of one channel only. */
+double dph_response_value(const struct dph_response *response, size_t vertex,
+                          const double direction[3]);
+
+/* The gain for one light and one eye as a shader takes it (DphView of shaders/diaphan.glsl): with u
+ * the root of the value over that of the ramp's end,
+ *
+ *     gain = even + normal . n + root u + value u^2. */
+struct dph_view_constants {
+    float normal[3], even, root, value;
+};
+
+/* Unit directions in the space of the normals. */
+void dph_view_constants(const struct dph_response *response, const double to_light[3],
+                        const double to_eye[3], struct dph_view_constants *constants);
 
 /* What it takes, as the functions of the same names in thickness.h; the ramp counts as shared. */
 size_t dph_response_payload(const struct dph_response *response);

@@ -35,7 +35,7 @@ struct dph_scene_response_report {
     bool reached;        /* everywhere the noise that was asked for                               */
     double lost;         /* walks that an open mesh or rounding led astray                        */
     double error, error_rgb;    /* of the form, as dph_response_report; mean over the positions   */
-    double seconds_bake, seconds_form; /* wall clock                                              */
+    double seconds_bake, seconds_form, seconds_view; /* wall clock                                */
 };
 
 /* Bakes the response of all bodies, replaces what there was and adds DPH_PRODUCT_RESPONSE to the

@@ -288,6 +288,17 @@ void dph_response_along(const struct dph_response *response, size_t vertex,
     color_of(response, row, y, bands, color);
 }
 
+double dph_response_value(const struct dph_response *response, size_t vertex,
+                          const double direction[3])
+{
+    float row[3 * MOST];
+    double y[MOST];
+    assert(vertex < response->nvert && response->form != DPH_RESPONSE_RGB);
+    unpack_row(response, vertex, row);
+    dph_sh_eval(response->bands, direction, y);
+    return value_of(response, dot(row, y, response->bands * response->bands));
+}
+
 /* ---- ramp and errors: samples of positions and directions ---- */
 
 struct sampling {
@@ -444,6 +455,7 @@ struct dph_response *dph_response_create(const struct dph_transfer *full,
     response->form = params->form;
     response->bands = params->bands;
     response->nvert = full->nvert;
+    response->view = dph_view_even();
     memset(vertex, 0xff, full->npos * sizeof *vertex);
     for (size_t v = full->nvert; v-- > 0;)
         vertex[full->position_of[v]] = (uint32_t)v;

@@ -26,6 +26,7 @@ bool dph_scene_form_response(struct dph_scene *scene, const struct dph_response_
         if (rivals->response) { /* what is known of the rows */
             response->noise = rivals->response->noise;
             response->walks = rivals->response->walks;
+            response->view = rivals->response->view;
         }
         dph_response_destroy(rivals->response);
         rivals->response = response;

@@ -66,6 +66,24 @@ static bool read_ramp(const struct dph_document *doc, const json_t *d, const cha
     return true;
 }
 
+/* The gain of views, which files of before it do not have. */
+static bool read_view(const struct dph_document *doc, const json_t *d, const char *place,
+                      struct dph_view_gain *view, struct dph_error *err)
+{
+    double term[DPH_VIEW_TERMS];
+    bool found;
+    *view = dph_view_even();
+    if (!dph_gltf_numbers(doc, d, "view", place, DPH_VIEW_TERMS, term, &found, err))
+        return false;
+    for (int i = 0; found && i < DPH_VIEW_TERMS; i++) {
+        if (!(fabs(term[i]) <= 1e6))
+            return dph_gltf_fail(doc, place, DPH_ERROR_INPUT, err,
+                                 "view[%d] is %g, not -1e6 to 1e6", i, term[i]);
+        view->term[i] = (float)term[i];
+    }
+    return true;
+}
+
 /* ---- rows ---- */
 
 /* Opens attribute number i of a part and tells its type. */
@@ -247,6 +265,7 @@ bool dph_gltf_read_response(struct dph_document *doc, struct dph_body *body, con
         !read_form(doc, d, where, response, err) ||
         !read_number(doc, d, "noise", where, &response->noise, err) ||
         !read_number(doc, d, "walks", where, &response->walks, err) ||
+        !read_view(doc, d, where, &response->view, err) ||
         (response->form != DPH_RESPONSE_RGB && !read_ramp(doc, d, where, &response->ramp, err)))
         return false;
     if (json_object_get(d, "clusters")) {

@@ -86,6 +86,12 @@ static json_t *describe(struct dph_gltf_output *out, const struct dph_gltf_produ
         dph_gltf_set(out, ramp, "color", color);
         dph_gltf_set(out, d, "ramp", ramp);
     }
+    if (response->form == DPH_RESPONSE_ROOT) {
+        json_t *view = json_array();
+        for (int i = 0; i < DPH_VIEW_TERMS; i++)
+            dph_gltf_append(out, view, json_real(dph_gltf_shortest(response->view.term[i])));
+        dph_gltf_set(out, d, "view", view);
+    }
     dph_gltf_describe_origin(out, d, &product->rivals->response_origin);
     dph_gltf_set(out, d, "noise", json_real(response->noise));
     dph_gltf_set(out, d, "walks", json_real(response->walks));

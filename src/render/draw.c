@@ -20,6 +20,7 @@ static bool same_variant(const struct dph_variant *a, const struct dph_variant *
     return a->stages.vert == b->stages.vert && a->stages.frag == b->stages.frag &&
            a->stages.feedback == b->stages.feedback && a->stages.vectors == b->stages.vectors &&
            a->stages.bytes == b->stages.bytes && a->stages.weights == b->stages.weights &&
+           a->stages.view == b->stages.view &&
            a->lights == b->lights && a->local == b->local && a->compiled == b->compiled &&
            !memcmp(&a->material, &b->material, sizeof a->material);
 }
@@ -115,13 +116,13 @@ struct dph_program *dph_draw_program(const struct dph_draw *draw, const struct d
         define_material(material, sizeof material, &v->material);
     snprintf(defines, sizeof defines,
              "#define DPH_LIGHTS %d\n#define DPH_VECTORS %d\n#define DPH_BYTES %d\n"
-             "#define DPH_WEIGHTS %d\n#define DPH_FORMULA %d\n#define DPH_CURVE %d\n%s%s%s%s%s%s",
+             "#define DPH_WEIGHTS %d\n#define DPH_FORMULA %d\n#define DPH_CURVE %d\n%s%s%s%s%s%s%s",
              v->lights, stages->vectors, stages->bytes, stages->weights, v->material.formula,
              v->material.curve, v->material.specular > 0 ? "" : "#define DPH_SPECULAR 0.0\n",
              v->material.rim > 0 ? "" : "#define DPH_RIM 0.0\n",
              v->material.ambient > 0 ? "" : "#define DPH_AMBIENT 0.0\n",
-             v->local ? "#define DPH_LOCAL\n" : "", stages->feedback ? "#define DPH_PROBE\n" : "",
-             material);
+             v->local ? "#define DPH_LOCAL\n" : "", stages->view ? "#define DPH_VIEW\n" : "",
+             stages->feedback ? "#define DPH_PROBE\n" : "", material);
     if (!dph_program_init(&v->program, stages->vert, stages->frag, defines, stages->feedback,
                           err)) {
         free(v);
@@ -233,9 +234,8 @@ const char *dph_draw_vert(const struct dph_gpu_body *gpu, const char *vert)
     return gpu->table && !strcmp(vert, "body.vert") ? clustered : vert;
 }
 
-/* The centre of a body, in the world. */
-static void centre_of(const struct dph_draw *draw, const struct dph_instance *instance,
-                      double centre[3])
+void dph_draw_centre(const struct dph_draw *draw, const struct dph_instance *instance,
+                     double centre[3])
 {
     const double *origin = draw->renderer->body[instance->body].origin;
     for (int r = 0; r < 3; r++) {
@@ -263,7 +263,7 @@ void dph_draw_place(const struct dph_draw *draw, struct dph_program *program,
     double sign =
         dph_draw_matrices(renderer, instance, draw->eye, draw->clip, placed, clip, normal);
     double centre[3];
-    centre_of(draw, instance, centre);
+    dph_draw_centre(draw, instance, centre);
     dph_set_mat(program, "u_place", 4, placed);
     dph_set_mat(program, "u_clip", 4, clip);
     dph_set_mat(program, "u_normal", 3, normal);
@@ -315,7 +315,7 @@ static int vectors_in_use(const struct dph_draw *draw, const struct dph_instance
     int bands = draw->frame->bands;
     if (bands == DPH_BANDS_AUTO) {
         double centre[3], most = 0;
-        centre_of(draw, instance, centre);
+        dph_draw_centre(draw, instance, centre);
         for (int i = 0; i < draw->frame->nlight; i++) {
             struct dph_light seen;
             dph_light_at(&draw->frame->light[i], centre, &seen);
@@ -356,7 +356,8 @@ bool dph_draw_pass(struct dph_draw *draw, const struct dph_pass *pass, struct dp
             stages = (struct dph_stages){.vert = dph_draw_vert(gpu, pass->vert),
                                          .frag = pass->frag,
                                          .vectors = vectors_in_use(draw, instance),
-                                         .bytes = gpu->bytes};
+                                         .bytes = gpu->bytes,
+                                         .view = pass->view};
         if (!(program = dph_draw_program(draw, &stages, err)))
             return false;
         if (program != used) {
@@ -368,6 +369,8 @@ bool dph_draw_pass(struct dph_draw *draw, const struct dph_pass *pass, struct dp
             used = program;
         }
         dph_draw_place(draw, program, instance, stages.vectors);
+        if (pass->instance)
+            pass->instance(draw, program, instance);
         dph_draw_rows(gpu, pass->thickness ? &gpu->baked : &gpu->plain);
     }
     glBindVertexArray(0);

@@ -116,6 +116,7 @@ struct dph_stages {
     int vectors;             /* of coefficients that the vertex stage takes; 0: no thickness  */
     int bytes;               /* of a coefficient as it is stored                              */
     int weights;             /* prt-cpca: vec4 of weights                                     */
+    bool view;               /* the vertex stage knows the eye (dph_response_seen)            */
 };
 
 /* A compiled program: for its stages, a number of lights, and what the material makes of formulas
@@ -177,8 +178,12 @@ struct dph_pass {
     const char *name; /* for messages                                                         */
     const char *vert, *frag;
     bool thickness;   /* bind coefficients and set the lights' values                         */
+    bool view;        /* lights have a view, which `instance` sets                            */
     /* Sets further uniforms for a program. Nullable. */
     void (*uniforms)(const struct dph_draw *draw, struct dph_program *program);
+    /* Sets what differs from body to body, once an instance. Nullable. */
+    void (*instance)(const struct dph_draw *draw, struct dph_program *program,
+                     const struct dph_instance *instance);
 };
 
 /* Draws all instances into the current framebuffer. False: DPH_ERROR_ARGUMENT for a body that is
@@ -190,6 +195,9 @@ bool dph_draw_pass(struct dph_draw *draw, const struct dph_pass *pass, struct dp
 double dph_draw_matrices(const struct dph_renderer *renderer, const struct dph_instance *instance,
                          const double from[3], const float view[16], float place[16], float clip[16],
                          float normal[9]);
+/* The centre of a body, in the world. */
+void dph_draw_centre(const struct dph_draw *draw, const struct dph_instance *instance,
+                     double centre[3]);
 /* One draw call, with the program in use. */
 void dph_draw_rows(const struct dph_gpu_body *gpu, const struct dph_gpu_rows *rows);
 

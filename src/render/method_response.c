@@ -7,7 +7,8 @@
  * transfer of a translucent body in spherical harmonics, and the cited paper for drawing it with
  * nine dot products.
  *
- *   root     a sum a light; its square is the value, whose colour is read from the ramp
+ *   root     a sum a light; its square is the value, whose colour is read from the ramp, and which
+ *            the direction of sight changes by a polynomial of the body
  *   linear   the same without the square. Lights that need no direction of their own in the
  *            fragment stage are summed first: into one sum where all have the same hue, else into
  *            one a channel; so are the surroundings
@@ -23,6 +24,7 @@
 #include <diaphan/rivals.h>
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -35,6 +37,7 @@ struct dph_stand_in {
     struct dph_renderer *renderer;
     GLuint *ramp;                /* (nbody) textures, 0: none                                     */
     float *top;                  /* (nbody) of the ramps                                          */
+    const struct dph_response **response; /* (nbody) of the scene                                 */
     enum dph_response_form form; /* of all bodies                                                 */
     size_t bodies;               /* that have any triangles                                       */
 
@@ -60,6 +63,7 @@ void dph_stand_in_destroy(struct dph_stand_in *stand_in, size_t nbody)
     }
     free(stand_in->ramp);
     free(stand_in->top);
+    free(stand_in->response);
     free(stand_in->rivals);
     free(stand_in->body);
     free(stand_in);
@@ -130,6 +134,7 @@ static bool fill_body(struct dph_stand_in *own, size_t i, const struct dph_body 
     if (response->form != DPH_RESPONSE_RGB) {
         own->body[i].thickness = response->channel[0];
         own->top[i] = response->ramp.top;
+        own->response[i] = response;
         return upload_ramp(&own->ramp[i], &response->ramp) || dph_fail_memory(err);
     }
     own->body[i].rivals = &own->rivals[i];
@@ -150,7 +155,8 @@ static struct dph_stand_in *make_stand_in(const struct dph_renderer *renderer,
     own->rivals = dph_alloc_zero(scene->nbody, sizeof *own->rivals);
     own->ramp = dph_alloc_zero(scene->nbody, sizeof *own->ramp);
     own->top = dph_alloc_zero(scene->nbody, sizeof *own->top);
-    if (!own->body || !own->rivals || !own->ramp || !own->top) {
+    own->response = dph_alloc_zero(scene->nbody, sizeof *own->response);
+    if (!own->body || !own->rivals || !own->ramp || !own->top || !own->response) {
         dph_fail_memory(err);
         goto error;
     }
@@ -255,10 +261,6 @@ static void set_light(const struct dph_draw *draw, const struct dph_instance *in
     struct dph_stand_in *own = draw->light_user;
     const struct dph_thickness *t = own->body[instance->body].thickness;
     double top = (double)own->top[instance->body];
-    if (i == 0) {
-        glActiveTexture(GL_TEXTURE0);
-        glBindTexture(GL_TEXTURE_1D, own->ramp[instance->body]);
-    }
     if (i >= own->own) {
         struct dph_draw source = *draw;
         source.frame = &own->source;
@@ -299,18 +301,61 @@ static void uniforms(const struct dph_draw *draw, struct dph_program *program)
     dph_set_int(program, "u_ramp", 0);
 }
 
+static void set_ramp(const struct dph_draw *draw, struct dph_program *program,
+                     const struct dph_instance *instance)
+{
+    const struct dph_stand_in *own = draw->light_user;
+    (void)program;
+    glActiveTexture(GL_TEXTURE0);
+    glBindTexture(GL_TEXTURE_1D, own->ramp[instance->body]);
+}
+
+/* The ramp, and what the eye sees of every light, as from the body's centre. */
+static void set_view(const struct dph_draw *draw, struct dph_program *program,
+                     const struct dph_instance *instance)
+{
+    const struct dph_stand_in *own = draw->light_user;
+    double centre[3], to_eye[3], square = 0;
+    set_ramp(draw, program, instance);
+    dph_draw_centre(draw, instance, centre);
+    for (int k = 0; k < 3; k++) {
+        to_eye[k] = draw->eye[k] - centre[k];
+        square += to_eye[k] * to_eye[k];
+    }
+    for (int k = 0; k < 3; k++)
+        to_eye[k] = square > 0 ? to_eye[k] / sqrt(square) : 0;
+    for (int i = 0; i < draw->frame->nlight; i++) {
+        struct dph_light seen;
+        struct dph_view_constants view;
+        char name[4][40];
+        dph_light_at(&draw->frame->light[i], centre, &seen);
+        dph_view_constants(own->response[instance->body], seen.to_light, to_eye, &view);
+        snprintf(name[0], sizeof name[0], "u_light[%d].view.normal", i);
+        snprintf(name[1], sizeof name[1], "u_light[%d].view.even", i);
+        snprintf(name[2], sizeof name[2], "u_light[%d].view.root", i);
+        snprintf(name[3], sizeof name[3], "u_light[%d].view.value", i);
+        dph_set_vec(program, name[0], 3, 1, view.normal);
+        dph_set_float(program, name[1], view.even);
+        dph_set_float(program, name[2], view.root);
+        dph_set_float(program, name[3], view.value);
+    }
+}
+
 static bool draw_response(struct dph_draw *draw, struct dph_error *err)
 {
     static const struct dph_pass root = {.name = "response",
                                          .vert = "body.vert",
                                          .frag = "response_root.frag",
                                          .thickness = true,
-                                         .uniforms = uniforms};
+                                         .view = true,
+                                         .uniforms = uniforms,
+                                         .instance = set_view};
     static const struct dph_pass linear = {.name = "response",
                                            .vert = "body.vert",
                                            .frag = "response.frag",
                                            .thickness = true,
-                                           .uniforms = uniforms};
+                                           .uniforms = uniforms,
+                                           .instance = set_ramp};
     struct dph_draw own = *draw;
     if (!stand_in(&own, err))
         return false;

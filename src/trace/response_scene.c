@@ -21,12 +21,16 @@
 struct step {
     const struct dph_scene_response_params *params;
     double done, share;
+    double from, to; /* of the body's own, that the part at hand takes */
 };
+
+#define VIEW_SHARE .03 /* of the progress */
 
 static bool pass_on(void *user, double fraction)
 {
     const struct step *step = user;
-    return step->params->progress(step->params->progress_user, step->done + step->share * fraction);
+    double own = step->from + (step->to - step->from) * fraction;
+    return step->params->progress(step->params->progress_user, step->done + step->share * own);
 }
 
 static bool bake_body(const struct dph_body *body, const struct dph_scene_response_params *params,
@@ -60,6 +64,8 @@ static bool bake_body(const struct dph_body *body, const struct dph_scene_respon
     rivals->products &= ~(unsigned)DPH_PRODUCT_RESPONSE;
 
     double start = dph_seconds();
+    step->from = 0;
+    step->to = 1 - VIEW_SHARE;
     if (!dph_response_bake(&input, &bake, &rivals->response_rows, &walked, err))
         return false;
     total->seconds_bake += dph_seconds() - start;
@@ -70,6 +76,13 @@ static bool bake_body(const struct dph_body *body, const struct dph_scene_respon
         dph_transfer_finish(&rivals->response_rows);
     if (!rivals->response)
         return false;
+    step->from = step->to;
+    step->to = 1;
+    start = dph_seconds();
+    if (form.form == DPH_RESPONSE_ROOT &&
+        !dph_response_view_fit(&input, &bake, rivals->response, &rivals->response->view, err))
+        return false;
+    total->seconds_view += dph_seconds() - start;
     rivals->response->noise = walked.noise;
     rivals->response->walks = walked.positions ? walked.walks / (double)walked.positions : 0;
     total->positions += walked.positions;

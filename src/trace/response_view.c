@@ -1,0 +1,212 @@
+/* What a direction of sight sees of a body, over the average: walks from every position, whose first
+ * direction is known.
+ *
+ * The fit (bake/view_gain.c) needs integrals over positions x (by area), views v (by cosine), and
+ * lights l, with p the average's luminance and L that in direction v. A walk that starts at x
+ * against v and leaves for good in direction w with weight a is a sample of L(x, v, .): the integral
+ * over l of any function f times L has the expectation a f(w), as for the rows of the bake. So
+ *
+ *     integral t_i p L    ~ mean of a p(x, w) t_i(x, v, w)
+ *     integral t_i t_j p^2 ~ 4 pi mean of p(x, l)^2 t_i t_j for l evenly over the sphere,
+ *
+ * and one walk a sample serves all lights. A walk that leaves without having been scattered counts
+ * nothing: an eye would have to look into the light. Sums of blocks are added in order. */
+#include <diaphan/response_bake.h>
+
+#include "bake/view_gain.h"
+#include "bake/welded.h"
+#include "core/fail.h"
+#include "core/memory.h"
+#include "core/threads.h"
+#include "trace/walk.h"
+
+#include <diaphan/mesh.h>
+
+#include <math.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define PI 3.14159265358979323846
+
+enum { BLOCKS = 256, WALKS = 256, LIGHTS = 4 };
+
+struct job {
+    const struct dph_response_bake_params *params;
+    const struct dph_response *response;
+    struct dph_welded mesh;
+    struct dph_space space;
+    float *normal;    /* (npos x 3) unit length                                        */
+    double *area;     /* (npos) of the positions up to this one, a third of each triangle */
+    uint32_t *vertex; /* (npos) one that stands there                                  */
+    struct dph_view_equations block[BLOCKS];
+    atomic_bool cancelled;
+};
+
+/* A unit vector evenly over the sphere. */
+static void even_direction(double u, double v, double direction[3])
+{
+    double z = 1 - 2 * u, r = sqrt(fmax(0, 1 - z * z));
+    direction[0] = r * cos(2 * PI * v);
+    direction[1] = r * sin(2 * PI * v);
+    direction[2] = z;
+}
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* The first position that the area up to it exceeds `area`. */
+static size_t find_position(const struct job *job, double area)
+{
+    size_t first = 0, last = job->mesh.npos - 1;
+    while (first < last) {
+        size_t middle = first + (last - first) / 2;
+        if (job->area[middle] > area)
+            last = middle;
+        else
+            first = middle + 1;
+    }
+    return first;
+}
+
+/* The terms for light from a direction; returns the luminance of the average. */
+static double look(const struct job *job, size_t p, const double normal[3], const double eye[3],
+                   const double light[3], double term[DPH_VIEW_TERMS])
+{
+    double value = dph_response_value(job->response, job->vertex[p], light), color[3];
+    dph_ramp_color(&job->response->ramp, value, color);
+    dph_view_terms(dot(normal, light), dot(normal, eye), dot(light, eye), value, term);
+    return dph_response_luminance(color);
+}
+
+/* A direction of sight, distributed as the cosine about the normal: a unit vector evenly over the
+ * sphere, added to it. */
+static void choose_view(const struct job *job, size_t p, struct dph_random *random,
+                        double normal[3], double eye[3])
+{
+    double u = dph_random_next(random), length;
+    even_direction(u, dph_random_next(random), eye);
+    for (int c = 0; c < 3; c++) {
+        normal[c] = (double)job->normal[3 * p + (size_t)c];
+        eye[c] += normal[c];
+    }
+    length = sqrt(dot(eye, eye));
+    for (int c = 0; c < 3; c++)
+        eye[c] = length > 1e-9 ? eye[c] / length : normal[c];
+}
+
+static void add_sample(const struct job *job, size_t p, struct dph_random *random,
+                       struct dph_view_equations *sum)
+{
+    double normal[3], eye[3], light[3], term[DPH_VIEW_TERMS], point[3], flight[3], color[3];
+    choose_view(job, p, random, normal, eye);
+    double shift = dph_random_next(random), turn = dph_random_next(random);
+    for (int i = 0; i < LIGHTS; i++) {
+        even_direction((i + shift) / LIGHTS, i * .61803398874989484820 + turn, light);
+        double luminance = look(job, p, normal, eye, light, term);
+        double weight = 4 * PI / LIGHTS * luminance * luminance;
+        for (int a = 0, k = 0; a < DPH_VIEW_TERMS; a++)
+            for (int b = 0; b <= a; b++)
+                sum->matrix[k++] += weight * term[a] * term[b];
+    }
+    for (size_t c = 0; c < 3; c++) {
+        flight[c] = -eye[c];
+        point[c] = (double)job->mesh.position[3 * p + c] + 2 * job->space.margin * flight[c];
+    }
+    struct dph_walk walk;
+    dph_walk_begin(&walk, random);
+    if (dph_walk_run(&job->space, &walk, random, false, point, flight, NULL, NULL) !=
+            DPH_ENDING_LEFT ||
+        !walk.scatterings)
+        return;
+    double luminance = look(job, p, normal, eye, flight, term);
+    dph_walk_weight(&walk, &job->space.volume, color);
+    for (int a = 0; a < DPH_VIEW_TERMS; a++)
+        sum->right[a] += dph_response_luminance(color) * luminance * term[a];
+}
+
+static void run_block(void *context, size_t block, int worker)
+{
+    struct job *job = context;
+    if (atomic_load(&job->cancelled))
+        return;
+    unsigned int before = dph_rays_enter();
+    struct dph_random random = dph_random_seed(job->params->seed, UINT64_MAX, block);
+    double all = job->area[job->mesh.npos - 1];
+    for (int i = 0; i < WALKS; i++) {
+        double at = ((double)block * WALKS + i + dph_random_next(&random)) / (BLOCKS * WALKS);
+        add_sample(job, find_position(job, at * all), &random, &job->block[block]);
+    }
+    dph_rays_leave(before);
+    if (worker == 0 && job->params->progress &&
+        !job->params->progress(job->params->progress_user, (double)block / BLOCKS))
+        atomic_store(&job->cancelled, true);
+}
+
+static bool prepare(struct job *job, const struct dph_bake_input *input, struct dph_error *err)
+{
+    const struct dph_welded *mesh = &job->mesh;
+    if (!dph_welded_init(&job->mesh, input, err))
+        return false;
+    job->normal = dph_alloc(mesh->npos, 3 * sizeof *job->normal);
+    job->area = dph_alloc_zero(mesh->npos, sizeof *job->area);
+    job->vertex = dph_alloc_zero(mesh->npos, sizeof *job->vertex);
+    if (!job->normal || !job->area || !job->vertex)
+        return dph_fail_memory(err);
+    for (size_t v = input->nvert; v-- > 0;)
+        job->vertex[mesh->position_of[v]] = (uint32_t)v;
+    for (size_t t = 0; t < mesh->ntri; t++) {
+        const uint32_t *index = mesh->index + 3 * t;
+        double edge[2][3], cross[3];
+        for (int e = 0; e < 2; e++)
+            for (size_t c = 0; c < 3; c++)
+                edge[e][c] = (double)mesh->position[3 * (size_t)index[e + 1] + c] -
+                             (double)mesh->position[3 * (size_t)index[0] + c];
+        for (int c = 0; c < 3; c++)
+            cross[c] = edge[0][(c + 1) % 3] * edge[1][(c + 2) % 3] -
+                       edge[0][(c + 2) % 3] * edge[1][(c + 1) % 3];
+        for (int corner = 0; corner < 3; corner++)
+            job->area[index[corner]] += sqrt(dot(cross, cross)) / 6;
+    }
+    for (size_t p = 1; p < mesh->npos; p++)
+        job->area[p] += job->area[p - 1];
+    dph_mesh_position_normals(mesh->position, mesh->npos, mesh->index, mesh->ntri, job->normal);
+    return dph_space_init(&job->space, mesh->position, mesh->npos, mesh->index, mesh->ntri,
+                          dph_thread_count(job->params->threads), err);
+}
+
+bool dph_response_view_fit(const struct dph_bake_input *input,
+                           const struct dph_response_bake_params *params,
+                           const struct dph_response *response, struct dph_view_gain *gain,
+                           struct dph_error *err)
+{
+    *gain = dph_view_even();
+    if (response->form == DPH_RESPONSE_RGB || response->nvert != input->nvert)
+        return dph_fail(err, DPH_ERROR_ARGUMENT,
+                        "views are fitted to a response of one channel and of the mesh's vertices");
+    struct job *job = dph_alloc_zero(1, sizeof *job);
+    if (!job)
+        return dph_fail_memory(err);
+    job->params = params;
+    job->response = response;
+    dph_volume_init(&job->space.volume, params->scattering, params->absorption,
+                    params->anisotropy);
+    bool ok = prepare(job, input, err);
+    if (ok && job->mesh.npos && job->area[job->mesh.npos - 1] > 0) {
+        dph_parallel(dph_thread_count(params->threads), BLOCKS, run_block, job);
+        for (int i = 1; i < BLOCKS; i++)
+            dph_view_add(&job->block[0], &job->block[i]);
+        ok = !atomic_load(&job->cancelled) || dph_fail(err, DPH_ERROR_CANCELLED, "cancelled");
+        if (ok)
+            *gain = dph_view_solve(&job->block[0]);
+    }
+    dph_space_finish(&job->space);
+    dph_welded_finish(&job->mesh);
+    free(job->normal);
+    free(job->area);
+    free(job->vertex);
+    free(job);
+    return ok;
+}
