@@ -53,6 +53,7 @@ static struct dph_frame frame_of(const struct settings *settings,
     frame.samples = settings->samples;
     frame.map_size = settings->map_size;
     frame.blur_mm = settings->blur_mm;
+    frame.view_averaged = settings->view_averaged;
     resolve_lights(settings, scene, &frame);
     return frame;
 }

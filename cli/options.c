@@ -116,7 +116,7 @@ const struct option options[] = {
      "reference: dielectric refracts, and points of the sky become discs of 5 degrees",
      AT(boundary), 0, 0, boundary_name, parse_choice},
     {"view-averaged", 0, NULL, NULL,
-     "reference: every point's radiance averaged over all views, as the response is; matched boundary",
+     "reference (matched boundary) and response: every point's radiance averaged over all views",
      AT(view_averaged), 0, 0, NULL, parse_flag},
     {"spp", 0, "N", "256", "reference: samples a pixel", AT(spp), 1, 1 << 24, NULL, parse_int},
     {"seed", 0, "N", "1", "reference, bench response: of the random numbers", AT(seed), 0,

@@ -247,9 +247,9 @@ def whole_duel($a; $fitted_a; $b; $fitted_b; f):
         | select(.own != null and .other != null)]
     | {n: length, own: (map(.own) | mean), other: (map(.other) | mean), ahead: (map(select(.own < .other)) | length),
        clear_ahead: (map(select(.other - .own > .limit)) | length), clear_behind: (map(select(.own - .other > .limit)) | length)};
-def square_share($name): # of the squared error over all lights, what the distance of the truths is
-    ($whole | of($name; false) | map(select(.all_apart != null and .all > 0)))
-    | if length == 0 then null else (map(.all_apart * .all_apart) | add) / (map(.all * .all) | add) end;
+def square_share($name): # of the squared error over all lights, what that of the average is
+    ($whole | of($name; false) | map(select(.all_averaged != null and .all > 0)))
+    | if length == 0 then null else (map(.all_averaged * .all_averaged) | add) / (map(.all * .all) | add) end;
 def percent: if . == null then "–" else "\(100 * . | round) %" end;
 
 # the aims of the response, over all lights, by bytes a vertex
@@ -273,8 +273,8 @@ def response:
     (if ($forms | length) == 0 then empty else
       "#### All directions of light, and both truths", "",
       "Over \($runs[0].materials[0].all_lights.lights) lights that cover the sphere and that nothing is fitted on, all object pixels of all "
-        + "lights together. The response is an average over views and a picture is one view, so both truths are asked: the "
-        + "picture, and the reference averaged over views.", "",
+        + "lights together. What a response stores is an average over views and a picture is one view, so both truths are asked: what is "
+        + "drawn against the picture, and the average alone against the reference averaged over views.", "",
       ($forms[] as $r | aims["\(bytes($r))"] as $aim | over_all($r; false; .all) as $picture
         | over_all($r; false; .all_averaged) as $average
         | "* **\($r | titled), as is**, \(bytes($r)) bytes a vertex: \($picture | fix(3)) from the picture"
@@ -298,8 +298,9 @@ def response:
       (if $both then
         "* **How much of that are the views?** The two truths are \($whole | of($forms[0]; false) | map(.all_apart) | mean | fix(3)) apart over "
           + "all lights, \([$lights[] as $l | "\($rows | lit($l) | of($forms[0]; false) | map(.apart) | mean | fix(3)) with the light \($l | light_words)"] | listed): "
-          + "an exact response would have these as its errors. Of the squared error over all lights that is "
-          + ([$forms[] | "\(square_share(.) | percent) of \(titled)"] | listed) + "."
+          + "an exact average would have these as its errors. What the eye sees over the average is drawn by a polynomial of the body, which "
+          + "has no part in the errors from the average. Of the squared error from the picture over all lights, that from the average is "
+          + ([$forms[] | "\(square_share(.) | percent) of \(titled)"] | listed) + "; the rest are the views."
        else empty end),
       "",
       ([$forms[] as $r | $r, (peer($r) | select(. != null))] + ["prt", "green-gauss"] | unique_in_order

@@ -270,6 +270,9 @@ static void test_broken(void **unused)
     expect_broken("\"version\":1,\"form", "\"version\":3,\"form", "version is 3");
     expect_broken("\"scale\":", "\"scole\":", "scale is missing");
     expect_broken("\"ramp\":", "\"romp\":", "ramp is missing");
+    expect_broken("\"view\":[1.0,", "\"view\":[    ", "view");
+    expect_broken("\"view\":[1.0,", "\"view\":[9e7,", "view[0] is 9e+07");
+    expect_broken("\"view\":[1.0,", "\"view\":[\"a\",", "view");
     expect_broken("\"top\":0", "\"tap\":0", "top is 0");
     expect_broken("\"color\":", "\"colur\":", "color is missing");
     expect_broken("\"noise\":0.05", "\"noise\":-9.0", "noise is not");

@@ -200,8 +200,9 @@ static void test_sphere(void **state)
     dph_scene_destroy(scene);
 }
 
-/* The response is an average over views: it is nearer to the truth that is one as well, and the
- * distance of the two truths is what it cannot help having. */
+/* What the response stores is an average over views, near to the truth that is one as well. The
+ * picture is as far from that as the two truths are apart, or would be, were it not for what the
+ * eye sees over the average. */
 static void test_views(void **state)
 {
     (void)state;
@@ -225,10 +226,10 @@ static void test_views(void **state)
         const struct dph_entry *entry = &wax->entry[i];
         double both[2] = {entry->rmse_all_lights, entry->rmse_all_lights_view_averaged};
         printf("%.3f %.3f; ", both[0], both[1]);
-        assert_true(both[1] < .5 * both[0] && both[1] < .15);
-        near(both[0], hypot(floor, both[1]), .25 * both[0]);
+        assert_true(both[1] < .5 * floor && both[1] < .15);
+        assert_true(both[0] < .6 * floor);
         for (size_t l = 0; l < 3; l++)
-            assert_true(entry->shot[l].scores.rmse_view_averaged < entry->shot[l].scores.rmse);
+            assert_true(entry->shot[l].scores.rmse_view_averaged < wax->truth[l].views_rmse);
     }
     printf("\n");
     for (size_t i = 3; i < 7; i++) {

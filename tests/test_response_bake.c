@@ -383,7 +383,7 @@ static void thin_matter_glows_with_its_depth(void **state)
     (void)state;
     struct dph_mesh mesh = make_sphere(2, 64, 32);
     struct dph_bake_input input = input_of(&mesh);
-    const double scattering = .02;
+    const double scattering = .05;
     struct dph_response_bake_params p = medium(scattering, scattering, scattering, 0);
     struct dph_view_gain gain, other;
     struct dph_error err = {0};
@@ -398,13 +398,16 @@ static void thin_matter_glows_with_its_depth(void **state)
     p.threads = 1;
     if (!dph_response_view_fit(&input, &p, response, &gain, &err))
         fail_msg("%s", err.message);
-    for (double mu = -1; mu <= 1; mu += .5)
-        for (double eye = .1; eye <= 1; eye += .1)
-            for (double c = -.8; c <= .8; c += .4)
-                /* 2 samples of 100 are scattered once */
-                assert_float_equal(dph_view_gain(&gain, mu, eye, c, mean), 1.5 * eye, .35);
-    double slope = dph_view_gain(&gain, 0, 1, 0, mean) - dph_view_gain(&gain, 0, .2, 0, mean);
-    assert_float_equal(slope, 1.2, .15);
+    double square = 0;
+    for (int i = 0; i < 400; i++) { /* a sphere of lights, and views around a normal along y */
+        double eye = .05 + .9 * (i % 20) / 20, z = 1 - 2 * (i + .5) / 400, turn = 2.4 * i;
+        double mu = sqrt(1 - z * z) * cos(turn);
+        double c = mu * eye + z * sqrt(1 - eye * eye);
+        double off = dph_view_gain(&gain, mu, eye, c, mean) - 1.5 * eye;
+        square += off * off / 400;
+    }
+    print_message("thin: gain off by %.3f\n", sqrt(square));
+    assert_true(sqrt(square) < .12);
     p.threads = 2;
     assert_true(dph_response_view_fit(&input, &p, response, &other, &err));
     assert_memory_equal(&gain, &other, sizeof gain);

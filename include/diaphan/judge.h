@@ -34,7 +34,8 @@ struct dph_scores {
     double rmse;     /* RMS error / RMS truth of linear luminance, the reference's noise taken out
                       * of both; 0 where the error, NAN where the truth is below the noise        */
     double rmse_raw; /* the same with the noise left in */
-    double rmse_view_averaged; /* rmse from the truth averaged over views; NAN where there is none */
+    double rmse_view_averaged; /* rmse from the truth averaged over views, of the average that a
+                                * response draws, else of the picture; NAN where there is none      */
 };
 
 /* What noise alone does to the scores: a perfect picture would get about these. All are NAN where

@@ -71,6 +71,8 @@ struct dph_frame {
     int map_size;                         /* depth maps: texels a side, a power of two, 16 to 8192; 1024 */
     double blur_mm;                       /* green-gauss: sigma; negative: a mean free path of the
                                            * material's green channel; -1                          */
+    bool view_averaged;                   /* response: the average over views that it stores, in the
+                                           * place of what an eye sees; false                      */
     bool has_environment;                 /* surroundings; false                                   */
     /* their coefficients in the world (environment.h), by channel */
     double environment[3][DPH_DRAW_BANDS * DPH_DRAW_BANDS];

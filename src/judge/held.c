@@ -134,9 +134,9 @@ bool dph_held_trace(const struct dph_scene *scene, const struct dph_judge_params
     return true;
 }
 
-/* Adds the squared differences of a picture times a gain from both truths under a light. */
-static void add_errors(const struct dph_held *held, int light, const struct dph_image *image,
-                       const double gain[3], double error[2])
+/* Adds the squared differences of a picture times a gain from a truth under a light. */
+static void add_errors(const struct dph_held *held, int which, int light,
+                       const struct dph_image *image, const double gain[3], double *error)
 {
     size_t pixels = (size_t)held->width * (size_t)held->height;
     size_t at = (size_t)light * held->pixels;
@@ -146,11 +146,8 @@ static void add_errors(const struct dph_held *held, int light, const struct dph_
         float m[3];
         for (size_t c = 0; c < 3; c++)
             m[c] = image->pixel[4 * i + c] * (float)gain[c];
-        for (int k = 0; k < 2 && held->truth[k]; k++) {
-            double d = dph_luminance(m) - (double)held->truth[k][at];
-            error[k] += d * d;
-        }
-        at++;
+        double d = dph_luminance(m) - (double)held->truth[which][at++];
+        *error += d * d;
     }
 }
 
@@ -162,16 +159,22 @@ bool dph_held_score(const struct dph_held *held, struct dph_renderer *renderer,
     double error[2][2] = {{0}};
     bool ok = !held->nlight || dph_image_init(&image, held->width, held->height, err);
     for (int l = 0; l < held->nlight && ok; l++)
-        for (size_t i = 0; i < twins && ok; i++) {
-            struct dph_frame frame = dph_judge_frame(params, mm_per_unit, &entry[i]);
+        for (size_t i = 0; i < twins * 2 && ok; i++) { /* all from one truth, then from the other */
+            size_t k = i / twins, own = i % twins;
+            bool another = dph_judge_averages(&entry[own]);
+            struct dph_frame frame = dph_judge_frame(params, mm_per_unit, &entry[own]);
             frame.bands = bands;
             frame.width = held->width;
             frame.height = held->height;
             frame.light[0] = held->light[l];
-            if (!i || entry->takes_thickness) /* else the fitted one differs by its gain alone */
+            frame.view_averaged = k > 0;
+            if (!held->truth[k])
+                break;
+            /* a fitted one without thickness differs by its gain alone */
+            if (entry->takes_thickness || (!own && (!k || another)))
                 ok = dph_renderer_draw(renderer, &frame, &image, err);
             if (ok)
-                add_errors(held, l, &image, entry[i].gain, error[i]);
+                add_errors(held, (int)k, l, &image, entry[own].gain, &error[own][k]);
         }
     for (size_t i = 0; i < twins; i++) {
         double figure[2] = {NAN, NAN};

@@ -100,6 +100,9 @@ void dph_training_finish(struct dph_training *training);
 
 /* Whether a comparison also has the truth averaged over views. */
 bool dph_judge_has_views(const struct dph_judge_params *params);
+/* Whether a method draws an average over views, too (dph_frame.view_averaged): that is then what is
+ * held against this truth. */
+bool dph_judge_averages(const struct dph_entry *entry);
 /* That truth under every scored light, into judged->truth, which has the pictures. */
 bool dph_views_trace(const struct dph_scene *scene, const struct dph_judge_params *params,
                      double mm_per_unit, struct dph_judged *judged, struct dph_error *err);

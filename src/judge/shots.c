@@ -48,6 +48,38 @@ void dph_shot_finish(struct dph_shot *shot)
     *shot = (struct dph_shot){0};
 }
 
+static void multiply(struct dph_image *image, const double gain[3])
+{
+    for (size_t i = 0; i < (size_t)image->width * (size_t)image->height; i++)
+        for (size_t c = 0; c < 3; c++)
+            image->pixel[4 * i + c] *= (float)gain[c];
+}
+
+/* The error from the truth averaged over views: of the picture, or of the average that the method
+ * draws. */
+static bool measure_average(struct dph_renderer *renderer, struct dph_frame frame,
+                            const struct dph_truth *truth, const struct dph_entry *entry,
+                            const struct dph_image *picture, struct dph_scores *scores,
+                            struct dph_error *err)
+{
+    struct dph_image average = {0};
+    double variance = truth->views_noise.variance;
+    bool ok = true;
+    frame.view_averaged = true;
+    if (dph_judge_averages(entry)) {
+        ok = dph_image_init(&average, frame.width, frame.height, err) &&
+             dph_renderer_draw(renderer, &frame, &average, err);
+        if (ok)
+            multiply(&average, entry->gain);
+    }
+    if (ok)
+        scores->rmse_view_averaged =
+            dph_relative_error(&truth->views, average.pixel ? &average : picture, truth->mask,
+                               isfinite(variance) ? variance : 0);
+    dph_image_finish(&average);
+    return ok;
+}
+
 bool dph_shots_draw(struct dph_renderer *renderer, const struct dph_judge_params *params,
                     double mm_per_unit, const struct dph_judged *judged, struct dph_entry *entry,
                     int bands, struct dph_error *err)
@@ -62,20 +94,15 @@ bool dph_shots_draw(struct dph_renderer *renderer, const struct dph_judge_params
         if (!dph_image_init(&shot->image, params->width, params->height, err) ||
             !dph_renderer_draw(renderer, &frame, &shot->image, err))
             return false;
-        for (size_t i = 0; i < pixels; i++)
-            for (size_t c = 0; c < 3; c++)
-                shot->image.pixel[4 * i + c] *= (float)entry->gain[c];
+        multiply(&shot->image, entry->gain);
         if (entry->shown && !(shot->flip = dph_alloc(pixels, sizeof *shot->flip)))
             return dph_fail_memory(err);
         if (!dph_scores_measure(&truth->image, &truth->noise, &shot->image, truth->mask,
                                 params->threads, &shot->scores, shot->flip, err))
             return false;
-        if (truth->views.pixel) {
-            double variance = truth->views_noise.variance;
-            shot->scores.rmse_view_averaged =
-                dph_relative_error(&truth->views, &shot->image, truth->mask,
-                                   isfinite(variance) ? variance : 0);
-        }
+        if (truth->views.pixel &&
+            !measure_average(renderer, frame, truth, entry, &shot->image, &shot->scores, err))
+            return false;
         if (!entry->shown)
             dph_image_finish(&shot->image);
     }

@@ -1,7 +1,7 @@
 /* The truth averaged over views, beside that of a picture.
  *
  * A response holds what leaves a point averaged over the directions in which it leaves, with their
- * cosine; a picture shows one of these directions. Even a response without any error is therefore
+ * cosine; a picture shows one of these directions. Even an average without any error is therefore
  * not the picture. How far it would be, the distance of the two truths, is measured here: with a
  * and b their pictures, from independent walks, and va, vb the variances of their noise,
  *
@@ -22,6 +22,11 @@ bool dph_judge_has_views(const struct dph_judge_params *params)
         if (params->method[i]->needs & DPH_PRODUCT_RESPONSE)
             return true;
     return false;
+}
+
+bool dph_judge_averages(const struct dph_entry *entry)
+{
+    return entry->method->needs & DPH_PRODUCT_RESPONSE;
 }
 
 double dph_truths_distance(const struct dph_image *truth, double variance,

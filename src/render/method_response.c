@@ -315,6 +315,8 @@ static void set_view(const struct dph_draw *draw, struct dph_program *program,
                      const struct dph_instance *instance)
 {
     const struct dph_stand_in *own = draw->light_user;
+    const struct dph_response *response = own->response[instance->body];
+    const struct dph_response average = {.view = dph_view_even(), .ramp.top = 1};
     double centre[3], to_eye[3], square = 0;
     set_ramp(draw, program, instance);
     dph_draw_centre(draw, instance, centre);
@@ -329,7 +331,8 @@ static void set_view(const struct dph_draw *draw, struct dph_program *program,
         struct dph_view_constants view;
         char name[4][40];
         dph_light_at(&draw->frame->light[i], centre, &seen);
-        dph_view_constants(own->response[instance->body], seen.to_light, to_eye, &view);
+        dph_view_constants(draw->frame->view_averaged ? &average : response, seen.to_light, to_eye,
+                           &view);
         snprintf(name[0], sizeof name[0], "u_light[%d].view.normal", i);
         snprintf(name[1], sizeof name[1], "u_light[%d].view.even", i);
         snprintf(name[2], sizeof name[2], "u_light[%d].view.root", i);
