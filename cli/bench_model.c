@@ -256,7 +256,7 @@ bool bench_view_init(struct bench_view *view, const struct bench_model *model,
                 if (!(view->rivals[b].response = dph_response_create(
                           &once->body[b].rivals->response_rows, &form, NULL, err)))
                     goto error;
-                if (once->body[b].rivals->response)
+                if (once->body[b].rivals->response && form.form == DPH_RESPONSE_ROOT)
                     view->rivals[b].response->view = once->body[b].rivals->response->view;
             }
         }

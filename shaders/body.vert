@@ -103,7 +103,7 @@ void main()
         thickness[i] = dph_thickness(coefficient, u_light[i].sh);
 #endif
 #ifdef DPH_VIEW
-        thickness[i] = dph_response_seen(u_light[i].view, thickness[i], normal);
+        thickness[i] = dph_response_seen(u_light[i].view, coefficient[0], thickness[i]);
 #endif
     }
     v_surface = vec4(normal, thickness[0]);

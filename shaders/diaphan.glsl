@@ -180,15 +180,21 @@ vec3 dph_ramp(DPH_RAMP_SAMPLER ramp, float u)
 // How much more than the average of all views the eye gets: struct dph_view_constants of
 // diaphan/response.h.
 struct DphView {
-    vec3 normal;
-    float even, root, value;
+    float mean;
+    vec3 eye, light;
+    float even;
+    vec4 linear, square;
+    vec3 mixed, cross;
 };
 
 // Root form, vertex stage: what to hand on in the place of the sum, for the eye that `view` is for.
-float dph_response_seen(DphView view, float sum, vec3 normal)
+// `first`: the vertex's first four coefficients.
+float dph_response_seen(DphView view, vec4 first, float sum)
 {
     float u = abs(sum);
-    float gain = view.even + dot(view.normal, normal) + u * (view.root + u * view.value);
+    vec4 q = vec4(view.mean * first.x, dot(view.eye, first.yzw), dot(view.light, first.yzw), u);
+    float gain = view.even + dot(q, view.linear + view.square * q) +
+                 q.x * dot(view.mixed, q.yzw) + dot(view.cross, q.yyz * q.zww);
     return u * sqrt(clamp(gain, 0.0, 4.0));
 }
 

@@ -145,7 +145,7 @@ static void test_round_trip(void **unused)
                 struct dph_scene *scene = make_scene();
                 bake(scene, (enum dph_response_form)form, bands, (enum dph_store)store,
                      bands == 4 ? 300 : 3);
-                if (form == DPH_RESPONSE_ROOT)
+                if (form == DPH_RESPONSE_ROOT && store != DPH_STORE_CPCA)
                     for (int k = 0; k < DPH_VIEW_TERMS; k++)
                         scene->body->rivals->response->view.term[k] = (float)(k - 7) / 3;
                 save(scene, path);

@@ -176,40 +176,54 @@ static void test_read_back(void **state)
         }
 }
 
-/* What the eye sees over the average: of a ball seen from far away, whose normals are known, in a
- * body that is turned and mirrored. */
+/* What the eye sees over the average: of a ball seen from far away, in a body that is turned and
+ * mirrored. Compressed it has no gain, and a frame can leave it out. */
 static void test_view(void **state)
 {
     (void)state;
-    static const enum dph_store stores[] = {DPH_STORE_FLOAT, DPH_STORE_SNORM8, DPH_STORE_CPCA};
-    for (size_t s = 0; s < 3; s++) {
-        struct dph_scene *scene = ball(grey, DPH_RESPONSE_ROOT, 6, stores[s]);
+    static const enum dph_store stores[] = {DPH_STORE_FLOAT, DPH_STORE_SNORM16, DPH_STORE_SNORM8,
+                                            DPH_STORE_CPCA};
+    for (size_t s = 0; s < 5; s++) { /* the last one leaves it out */
+        struct dph_scene *scene = ball(grey, DPH_RESPONSE_ROOT, 6, stores[s % 4]);
         const float matrix[16] = {.6F, 0, .8F, 0, 0, -1, 0, 0, -.8F, 0, .6F, 0, 0, 0, 0, 1};
+        const double turned[2][3] = {{.6, 0, .8}, {-.8, 0, .6}};
         memcpy(scene->instance[0].matrix, matrix, sizeof matrix);
-        struct dph_view_gain *view = &scene->body[0].rivals->response->view;
+        struct dph_response *response = scene->body[0].rivals->response;
+        const struct dph_mesh *mesh = &scene->body[0].mesh;
         for (int k = 0; k < DPH_VIEW_TERMS; k++)
-            view->term[k] = (k == 0 ? .7F : 0) + .03F * (float)(k % 4);
+            response->view.term[k] = (k == 0 ? .5F : 0) + .03F * (float)(k % 4);
         struct dph_frame frame = small_frame("response", 40, 115, 25);
         frame.samples = 1;
+        frame.view_averaged = s == 4;
         frame.camera.distance = 30; /* all of it along one direction */
         frame.camera.fov = 2 * atan(1.2 / (30 * sqrt(3))) * 180 / PI;
         struct dph_image image = picture(scene, &frame);
-        const double *to_light = frame.light[0].to_light;
+        const double *world = frame.light[0].to_light, axis[3] = {0, 0, 1};
+        double light[3], eye[3];
+        for (int k = 0; k < 3; k++) {
+            const double *row = k == 1 ? NULL : turned[k / 2];
+            light[k] = row ? row[0] * world[0] + row[2] * world[2] : -world[1];
+            eye[k] = row ? row[0] * axis[0] + row[2] * axis[2] : -axis[1];
+        }
         int judged = 0;
-        for (int y = 0; y < 40; y++)
-            for (int x = 0; x < 40; x++) {
-                double right = (x - 19.5) / 20 * 1.2, up = (19.5 - y) / 20 * 1.2;
-                double square = right * right + up * up, want[3];
-                if (square > .9)
-                    continue;
-                double eye = sqrt(1 - square);
-                double mu = right * to_light[0] + up * to_light[1] + eye * to_light[2];
-                grey(mu, want);
-                double gain = dph_view_gain(view, mu, eye, to_light[2], want[0]);
-                judged++;
-                assert_float_equal(pixel_at(&image, x, y)[1] / PI, want[0] * gain, .02 * want[0] + .004);
-            }
-        assert_true(judged > 600);
+        for (size_t v = 0; v < mesh->nvert; v++) { /* where a vertex is drawn */
+            double n[3], at[3], color[3];
+            for (size_t k = 0; k < 3; k++)
+                n[k] = (double)mesh->normal[3 * v + k];
+            for (int k = 0; k < 3; k++)
+                at[k] = (double)matrix[k] * n[0] + (double)matrix[4 + k] * n[1] +
+                        (double)matrix[8 + k] * n[2];
+            if (at[2] < .4)
+                continue;
+            int x = (int)(20 + at[0] * 20 / 1.2), y = (int)(20 - at[1] * 20 / 1.2);
+            dph_response_along(response, v, light, 0, color);
+            double gain = s < 3 ? dph_response_view(response, v, light, eye) : 1;
+            assert_true(s > 2 || fabs(gain - 1) > .05);
+            judged++;
+            assert_float_equal(pixel_at(&image, x, y)[1] / PI, color[1] * gain,
+                               .14 * color[1] + .004);
+        }
+        assert_true(judged > 300);
         dph_image_finish(&image);
         dph_scene_destroy(scene);
     }

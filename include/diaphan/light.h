@@ -32,6 +32,10 @@ void dph_light_at(const struct dph_light *light, const double point[3], struct d
 /* The direction of azimuth and elevation in degrees: (cos el sin az, sin el, cos el cos az). */
 void dph_light_direction(double azimuth, double elevation, double direction[3]);
 
+/* The unit direction of a body's own space that a placement (column-major, object to world) turns into
+ * `world`, of any length but 0. False: it is 0, or the matrix is singular. */
+bool dph_light_in_object(const float matrix[16], const double world[3], double object[3]);
+
 /* What is uploaded for one light and one instance: 36 SH values and three numbers. */
 struct dph_light_constants {
     float sh[9][4];       /* y_i(light in object space) * scale[l] * window[l] * mm per unit along the light; the dot

@@ -44,24 +44,22 @@ struct dph_ramp {
 /* The colour of a value; what is below 0 counts as 0. */
 void dph_ramp_color(const struct dph_ramp *ramp, double value, double color[3]);
 
-/* What a direction of sight sees, over the average of all of them: with n, l and v the unit vectors
- * along the normal, to the light and to the eye, p the value and s = sqrt(pi p),
+/* What a direction of sight sees, over the average of all of them. With l and v the unit vectors to
+ * the light and to the eye in the object's space, c_i the coefficients of a vertex's root, of which
+ * the first four are its mean and the direction it gets most light from, p the value towards l, and
  *
- *     gain = sum_k (l.v)^k (t_k0 + t_k1 n.l + t_k2 n.v + t_k3 s + t_k4 s^2),   k = 0, 1, 2,
+ *     q = sqrt(pi) (c_0 y_0,  sum_i=1..3 c_i y_i(v),  sum_i=1..3 c_i y_i(l),  sqrt(p)),
+ *     gain = sum_k (l.v)^k (t_k + sum_i t_ki q_i + sum_i<=j t_kij q_i q_j),   k = 0, 1, 2,
  *
- * with t_kj = term[5 k + j]; cut off below 0 and above 4. dph_response_view_fit (response_bake.h)
- * finds the terms of a body by random walks. */
-#define DPH_VIEW_TERMS 15
+ * the 15 terms of a k being 1, q_0 .. q_3, q_0 q_0, q_0 q_1 .. q_3 q_3; cut off below 0 and above 4.
+ * dph_response_view_fit (response_bake.h) finds the terms of a body by random walks. */
+#define DPH_VIEW_TERMS 45
 struct dph_view_gain {
     float term[DPH_VIEW_TERMS];
 };
 
 /* The gain that is 1 everywhere. */
 struct dph_view_gain dph_view_even(void);
-
-/* The gain for n.l and l.v from -1 to 1, n.v from 0 to 1 and a value >= 0. */
-double dph_view_gain(const struct dph_view_gain *gain, double normal_light, double normal_eye,
-                     double light_eye, double value);
 
 /* struct dph_response_params p = dph_response_defaults(); */
 struct dph_response_params {
@@ -94,7 +92,8 @@ struct dph_response {
     struct dph_cpca *clusters;
     uint32_t *position_of; /* (nvert) the signal of a vertex; NULL without clusters               */
     struct dph_ramp ramp;  /* forms of one channel                                                */
-    struct dph_view_gain view; /* root form; the others, whose lights may be summed, stay averages */
+    struct dph_view_gain view; /* root form; the others, whose lights may be summed, and
+                                * DPH_STORE_CPCA stay averages: even                              */
     size_t nvert;
     double noise;          /* of the bake, relative, as it estimated it; 0: not known             */
     double walks;          /* of the bake, mean of a position; 0: not known                       */
@@ -134,15 +133,25 @@ void dph_response_along(const struct dph_response *response, size_t vertex,
 double dph_response_value(const struct dph_response *response, size_t vertex,
                           const double direction[3]);
 
-/* The gain for one light and one eye as a shader takes it (DphView of shaders/diaphan.glsl): with u
- * the root of the value over that of the ramp's end,
+/* The gain of one vertex for unit directions of object space to a light and to an eye: what
+ * dph_response_along gives is multiplied by it where `view` is not even. Root form, not stored as
+ * DPH_STORE_CPCA. */
+double dph_response_view(const struct dph_response *response, size_t vertex,
+                         const double to_light[3], const double to_eye[3]);
+
+/* The gain for one light and one eye as a shader takes it (DphView of shaders/diaphan.glsl), f_i
+ * being the first four coefficients as they are stored, normalised, and u the root of the value over
+ * that of the ramp's end:
  *
- *     gain = even + normal . n + root u + value u^2. */
+ *     q = (mean f_0, eye . f, light . f, u),
+ *     gain = even + linear . q + square . q^2 + mixed . (q_0 q_1, q_0 q_2, q_0 q_3)
+ *            + cross . (q_1 q_2, q_1 q_3, q_2 q_3). */
 struct dph_view_constants {
-    float normal[3], even, root, value;
+    float mean, eye[3], light[3]; /* eye and light: of f_1 to f_3                                  */
+    float even, linear[4], square[4], mixed[3], cross[3];
 };
 
-/* Unit directions in the space of the normals. */
+/* Unit directions of object space; of a response as for dph_response_view. */
 void dph_view_constants(const struct dph_response *response, const double to_light[3],
                         const double to_eye[3], struct dph_view_constants *constants);
 

@@ -1,6 +1,7 @@
 /* The forms of a whole scene's response, from rows that its bake has kept. */
 #include <diaphan/response_scene.h>
 
+#include "bake/view_gain.h"
 #include "core/clock.h"
 
 struct dph_scene_response_params dph_scene_response_defaults(void)
@@ -26,7 +27,8 @@ bool dph_scene_form_response(struct dph_scene *scene, const struct dph_response_
         if (rivals->response) { /* what is known of the rows */
             response->noise = rivals->response->noise;
             response->walks = rivals->response->walks;
-            response->view = rivals->response->view;
+            if (dph_view_applies(response))
+                response->view = rivals->response->view;
         }
         dph_response_destroy(rivals->response);
         rivals->response = response;

@@ -10,9 +10,15 @@ struct dph_view_equations {
     double right[DPH_VIEW_TERMS];
 };
 
-/* What the terms are multiplied by, for n.l, n.v, l.v and the value. */
-void dph_view_terms(double normal_light, double normal_eye, double light_eye, double value,
-                    double term[DPH_VIEW_TERMS]);
+/* Whether a response has what the gain is a function of. */
+bool dph_view_applies(const struct dph_response *response);
+
+/* What the terms are multiplied by, for l.v and q. */
+void dph_view_terms(double light_eye, const double q[4], double term[DPH_VIEW_TERMS]);
+
+/* q of a vertex's first four coefficients and a value. */
+void dph_view_arguments(const double first[4], const double to_light[3], const double to_eye[3],
+                        double value, double q[4]);
 
 /* Adds one set of equations to another. */
 void dph_view_add(struct dph_view_equations *sum, const struct dph_view_equations *more);

@@ -86,7 +86,7 @@ static json_t *describe(struct dph_gltf_output *out, const struct dph_gltf_produ
         dph_gltf_set(out, ramp, "color", color);
         dph_gltf_set(out, d, "ramp", ramp);
     }
-    if (response->form == DPH_RESPONSE_ROOT) {
+    if (response->form == DPH_RESPONSE_ROOT && !product->table) {
         json_t *view = json_array();
         for (int i = 0; i < DPH_VIEW_TERMS; i++)
             dph_gltf_append(out, view, json_real(dph_gltf_shortest(response->view.term[i])));

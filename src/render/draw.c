@@ -357,7 +357,7 @@ bool dph_draw_pass(struct dph_draw *draw, const struct dph_pass *pass, struct dp
                                          .frag = pass->frag,
                                          .vectors = vectors_in_use(draw, instance),
                                          .bytes = gpu->bytes,
-                                         .view = pass->view};
+                                         .view = pass->view && !gpu->table};
         if (!(program = dph_draw_program(draw, &stages, err)))
             return false;
         if (program != used) {

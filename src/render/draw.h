@@ -178,7 +178,7 @@ struct dph_pass {
     const char *name; /* for messages                                                         */
     const char *vert, *frag;
     bool thickness;   /* bind coefficients and set the lights' values                         */
-    bool view;        /* lights have a view, which `instance` sets                            */
+    bool view;        /* lights have a view, which `instance` sets; not for clusters          */
     /* Sets further uniforms for a program. Nullable. */
     void (*uniforms)(const struct dph_draw *draw, struct dph_program *program);
     /* Sets what differs from body to body, once an instance. Nullable. */

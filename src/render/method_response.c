@@ -316,31 +316,46 @@ static void set_view(const struct dph_draw *draw, struct dph_program *program,
 {
     const struct dph_stand_in *own = draw->light_user;
     const struct dph_response *response = own->response[instance->body];
-    const struct dph_response average = {.view = dph_view_even(), .ramp.top = 1};
-    double centre[3], to_eye[3], square = 0;
+    const struct dph_gpu_body *gpu = &draw->renderer->body[instance->body];
+    /* what the vertex stage takes integers for is that many times too large */
+    const float steps = gpu->bytes == 1 ? 127 : gpu->bytes == 2 ? 32767 : 1;
+    double centre[3], to_eye[3];
     set_ramp(draw, program, instance);
+    if (gpu->table)
+        return;
     dph_draw_centre(draw, instance, centre);
-    for (int k = 0; k < 3; k++) {
-        to_eye[k] = draw->eye[k] - centre[k];
-        square += to_eye[k] * to_eye[k];
-    }
     for (int k = 0; k < 3; k++)
-        to_eye[k] = square > 0 ? to_eye[k] / sqrt(square) : 0;
+        to_eye[k] = draw->eye[k] - centre[k];
     for (int i = 0; i < draw->frame->nlight; i++) {
         struct dph_light seen;
-        struct dph_view_constants view;
-        char name[4][40];
+        struct dph_view_constants view = {.even = 1};
+        double light[3], eye[3];
         dph_light_at(&draw->frame->light[i], centre, &seen);
-        dph_view_constants(draw->frame->view_averaged ? &average : response, seen.to_light, to_eye,
-                           &view);
-        snprintf(name[0], sizeof name[0], "u_light[%d].view.normal", i);
-        snprintf(name[1], sizeof name[1], "u_light[%d].view.even", i);
-        snprintf(name[2], sizeof name[2], "u_light[%d].view.root", i);
-        snprintf(name[3], sizeof name[3], "u_light[%d].view.value", i);
-        dph_set_vec(program, name[0], 3, 1, view.normal);
-        dph_set_float(program, name[1], view.even);
-        dph_set_float(program, name[2], view.root);
-        dph_set_float(program, name[3], view.value);
+        if (!draw->frame->view_averaged && dph_light_in_object(instance->matrix, seen.to_light, light) &&
+            dph_light_in_object(instance->matrix, to_eye, eye))
+            dph_view_constants(response, light, eye, &view);
+        view.mean /= steps;
+        for (int k = 0; k < 3; k++) {
+            view.eye[k] /= steps;
+            view.light[k] /= steps;
+        }
+        const struct {
+            const char *name;
+            int components;
+            const float *value;
+        } member[] = {
+            {"mean", 1, &view.mean},   {"eye", 3, view.eye},       {"light", 3, view.light},
+            {"even", 1, &view.even},   {"linear", 4, view.linear}, {"square", 4, view.square},
+            {"mixed", 3, view.mixed}, {"cross", 3, view.cross},
+        };
+        for (size_t k = 0; k < sizeof member / sizeof *member; k++) {
+            char name[40];
+            snprintf(name, sizeof name, "u_light[%d].view.%s", i, member[k].name);
+            if (member[k].components == 1)
+                dph_set_float(program, name, *member[k].value);
+            else
+                dph_set_vec(program, name, member[k].components, 1, member[k].value);
+        }
     }
 }
 

@@ -120,6 +120,12 @@ static double disc_mean(int l, double angle)
     return (before - after) / ((2 * l + 1) * (1 - c));
 }
 
+bool dph_light_in_object(const float matrix[16], const double world[3], double object[3])
+{
+    double unit[3] = {world[0], world[1], world[2]};
+    return normalise(unit) && solve(matrix, unit, object) && normalise(object);
+}
+
 void dph_light_constants(const struct dph_light *light, const struct dph_thickness *thickness,
                          const float matrix[16], double mm_per_unit, int bands,
                          enum dph_window window, struct dph_light_constants *out)

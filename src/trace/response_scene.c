@@ -79,7 +79,7 @@ static bool bake_body(const struct dph_body *body, const struct dph_scene_respon
     step->from = step->to;
     step->to = 1;
     start = dph_seconds();
-    if (form.form == DPH_RESPONSE_ROOT &&
+    if (form.form == DPH_RESPONSE_ROOT && form.store != DPH_STORE_CPCA &&
         !dph_response_view_fit(&input, &bake, rivals->response, &rivals->response->view, err))
         return false;
     total->seconds_view += dph_seconds() - start;

@@ -9,7 +9,7 @@
  *     integral t_i p L    ~ mean of a p(x, w) t_i(x, v, w)
  *     integral t_i t_j p^2 ~ 4 pi mean of p(x, l)^2 t_i t_j for l evenly over the sphere,
  *
- * and one walk a sample serves all lights. A walk that leaves without having been scattered counts
+ * and one walk serves all lights. A walk that leaves without having been scattered counts
  * nothing: an eye would have to look into the light. Sums of blocks are added in order. */
 #include <diaphan/response_bake.h>
 
@@ -29,7 +29,7 @@
 
 #define PI 3.14159265358979323846
 
-enum { BLOCKS = 256, WALKS = 256, LIGHTS = 4 };
+enum { BLOCKS = 512, WALKS = 512, LIGHTS = 4 };
 
 struct job {
     const struct dph_response_bake_params *params;
@@ -71,13 +71,20 @@ static size_t find_position(const struct job *job, double area)
     return first;
 }
 
+/* What is drawn of a vertex without a gain, its first four coefficients. */
+struct vertex {
+    size_t number;
+    double first[4];
+};
+
 /* The terms for light from a direction; returns the luminance of the average. */
-static double look(const struct job *job, size_t p, const double normal[3], const double eye[3],
+static double look(const struct job *job, const struct vertex *vertex, const double eye[3],
                    const double light[3], double term[DPH_VIEW_TERMS])
 {
-    double value = dph_response_value(job->response, job->vertex[p], light), color[3];
+    double value = dph_response_value(job->response, vertex->number, light), color[3], q[4];
     dph_ramp_color(&job->response->ramp, value, color);
-    dph_view_terms(dot(normal, light), dot(normal, eye), dot(light, eye), value, term);
+    dph_view_arguments(vertex->first, light, eye, value, q);
+    dph_view_terms(dot(light, eye), q, term);
     return dph_response_luminance(color);
 }
 
@@ -101,11 +108,16 @@ static void add_sample(const struct job *job, size_t p, struct dph_random *rando
                        struct dph_view_equations *sum)
 {
     double normal[3], eye[3], light[3], term[DPH_VIEW_TERMS], point[3], flight[3], color[3];
+    struct vertex vertex = {.number = job->vertex[p]};
+    float row[DPH_MAX_BANDS * DPH_MAX_BANDS];
+    dph_thickness_row(job->response->channel[0], vertex.number, row);
+    for (int i = 0; i < 4 && i < job->response->bands * job->response->bands; i++)
+        vertex.first[i] = (double)row[i];
     choose_view(job, p, random, normal, eye);
     double shift = dph_random_next(random), turn = dph_random_next(random);
     for (int i = 0; i < LIGHTS; i++) {
         even_direction((i + shift) / LIGHTS, i * .61803398874989484820 + turn, light);
-        double luminance = look(job, p, normal, eye, light, term);
+        double luminance = look(job, &vertex, eye, light, term);
         double weight = 4 * PI / LIGHTS * luminance * luminance;
         for (int a = 0, k = 0; a < DPH_VIEW_TERMS; a++)
             for (int b = 0; b <= a; b++)
@@ -121,7 +133,7 @@ static void add_sample(const struct job *job, size_t p, struct dph_random *rando
             DPH_ENDING_LEFT ||
         !walk.scatterings)
         return;
-    double luminance = look(job, p, normal, eye, flight, term);
+    double luminance = look(job, &vertex, eye, flight, term);
     dph_walk_weight(&walk, &job->space.volume, color);
     for (int a = 0; a < DPH_VIEW_TERMS; a++)
         sum->right[a] += dph_response_luminance(color) * luminance * term[a];
@@ -183,9 +195,9 @@ bool dph_response_view_fit(const struct dph_bake_input *input,
                            struct dph_error *err)
 {
     *gain = dph_view_even();
-    if (response->form == DPH_RESPONSE_RGB || response->nvert != input->nvert)
+    if (!dph_view_applies(response) || response->nvert != input->nvert)
         return dph_fail(err, DPH_ERROR_ARGUMENT,
-                        "views are fitted to a response of one channel and of the mesh's vertices");
+                        "views are fitted to roots of the mesh's vertices, not compressed");
     struct job *job = dph_alloc_zero(1, sizeof *job);
     if (!job)
         return dph_fail_memory(err);
