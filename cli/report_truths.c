@@ -42,7 +42,8 @@ void report_truths_html(FILE *out, const struct dph_comparison *comparison,
     fprintf(out, "<p class=\"note\">RMSE once more: over the pixels of %d lights together that cover "
             "the sphere", judged->held.nlight);
     if (views)
-        fputs(", and from the truth averaged over views, which is what a response is an answer to. "
+        fputs(", and from the truth averaged over views, which a response is an answer to without "
+              "what the eye makes of it, and is drawn so for this. "
               "The last row is the distance of that truth from the picture", out);
     fputs(".</p>\n<div class=\"wide\"><table class=\"sortable\"><caption>All lights", out);
     fputs(views ? ", and both truths</caption>\n" : "</caption>\n", out);

@@ -26,6 +26,13 @@ struct dph_response_body {
 bool dph_response_unscattered(const struct dph_response_body *body, double progress_span,
                               float *row, struct dph_error *err);
 
+/* Adds thirds of the triangles' areas to those of their positions (npos). */
+void dph_response_areas(const struct dph_welded *mesh, double *area);
+
+/* A direction distributed as the cosine about -n, from two numbers in [0, 1): a unit vector evenly
+ * over the sphere, added to -n. */
+void dph_response_flight(const float n[3], double u, double v, double direction[3]);
+
 /* Positions in groups that share their walks: group g holds order[start[g]] to
  * order[start[g + 1] - 1]. */
 struct dph_groups {

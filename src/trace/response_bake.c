@@ -72,12 +72,8 @@ static bool check_params(const struct dph_response_bake_params *p, struct dph_er
     return true;
 }
 
-/* Thirds of the triangles' areas. */
-static bool vertex_areas(const struct dph_welded *mesh, float *area, struct dph_error *err)
+void dph_response_areas(const struct dph_welded *mesh, double *area)
 {
-    double *sum = dph_alloc_zero(mesh->npos, sizeof *sum);
-    if (!sum)
-        return dph_fail_memory(err);
     for (size_t t = 0; t < mesh->ntri; t++) {
         const uint32_t *corner = mesh->index + 3 * t;
         double e[2][3], square = 0;
@@ -91,8 +87,16 @@ static bool vertex_areas(const struct dph_welded *mesh, float *area, struct dph_
             square += n * n;
         }
         for (size_t k = 0; k < 3; k++)
-            sum[corner[k]] += sqrt(square) / 6;
+            area[corner[k]] += sqrt(square) / 6;
     }
+}
+
+static bool vertex_areas(const struct dph_welded *mesh, float *area, struct dph_error *err)
+{
+    double *sum = dph_alloc_zero(mesh->npos, sizeof *sum);
+    if (!sum)
+        return dph_fail_memory(err);
+    dph_response_areas(mesh, sum);
     for (size_t p = 0; p < mesh->npos; p++)
         area[p] = (float)sum[p];
     free(sum);

@@ -14,11 +14,10 @@
 #include <diaphan/response_bake.h>
 
 #include "bake/view_gain.h"
-#include "bake/welded.h"
 #include "core/fail.h"
 #include "core/memory.h"
 #include "core/threads.h"
-#include "trace/walk.h"
+#include "trace/response.h"
 
 #include <diaphan/mesh.h>
 
@@ -88,32 +87,20 @@ static double look(const struct job *job, const struct vertex *vertex, const dou
     return dph_response_luminance(color);
 }
 
-/* A direction of sight, distributed as the cosine about the normal: a unit vector evenly over the
- * sphere, added to it. */
-static void choose_view(const struct job *job, size_t p, struct dph_random *random,
-                        double normal[3], double eye[3])
-{
-    double u = dph_random_next(random), length;
-    even_direction(u, dph_random_next(random), eye);
-    for (int c = 0; c < 3; c++) {
-        normal[c] = (double)job->normal[3 * p + (size_t)c];
-        eye[c] += normal[c];
-    }
-    length = sqrt(dot(eye, eye));
-    for (int c = 0; c < 3; c++)
-        eye[c] = length > 1e-9 ? eye[c] / length : normal[c];
-}
-
 static void add_sample(const struct job *job, size_t p, struct dph_random *random,
                        struct dph_view_equations *sum)
 {
-    double normal[3], eye[3], light[3], term[DPH_VIEW_TERMS], point[3], flight[3], color[3];
+    double eye[3], light[3], term[DPH_VIEW_TERMS], point[3], flight[3], color[3];
     struct vertex vertex = {.number = job->vertex[p]};
     float row[DPH_MAX_BANDS * DPH_MAX_BANDS];
     dph_thickness_row(job->response->channel[0], vertex.number, row);
     for (int i = 0; i < 4 && i < job->response->bands * job->response->bands; i++)
         vertex.first[i] = (double)row[i];
-    choose_view(job, p, random, normal, eye);
+    float inward[3];
+    for (size_t c = 0; c < 3; c++)
+        inward[c] = -job->normal[3 * p + c];
+    double u = dph_random_next(random);
+    dph_response_flight(inward, u, dph_random_next(random), eye); /* as the cosine outward */
     double shift = dph_random_next(random), turn = dph_random_next(random);
     for (int i = 0; i < LIGHTS; i++) {
         even_direction((i + shift) / LIGHTS, i * .61803398874989484820 + turn, light);
@@ -169,19 +156,7 @@ static bool prepare(struct job *job, const struct dph_bake_input *input, struct 
         return dph_fail_memory(err);
     for (size_t v = input->nvert; v-- > 0;)
         job->vertex[mesh->position_of[v]] = (uint32_t)v;
-    for (size_t t = 0; t < mesh->ntri; t++) {
-        const uint32_t *index = mesh->index + 3 * t;
-        double edge[2][3], cross[3];
-        for (int e = 0; e < 2; e++)
-            for (size_t c = 0; c < 3; c++)
-                edge[e][c] = (double)mesh->position[3 * (size_t)index[e + 1] + c] -
-                             (double)mesh->position[3 * (size_t)index[0] + c];
-        for (int c = 0; c < 3; c++)
-            cross[c] = edge[0][(c + 1) % 3] * edge[1][(c + 2) % 3] -
-                       edge[0][(c + 2) % 3] * edge[1][(c + 1) % 3];
-        for (int corner = 0; corner < 3; corner++)
-            job->area[index[corner]] += sqrt(dot(cross, cross)) / 6;
-    }
+    dph_response_areas(mesh, job->area);
     for (size_t p = 1; p < mesh->npos; p++)
         job->area[p] += job->area[p - 1];
     dph_mesh_position_normals(mesh->position, mesh->npos, mesh->index, mesh->ntri, job->normal);

@@ -87,9 +87,7 @@ struct scattering {
     double point[3], flight[3];
 };
 
-/* The cosine distribution about -n from two numbers in [0, 1): a unit vector evenly over the
- * sphere, added to -n. */
-static void cosine_direction(const float n[3], double u, double v, double direction[3])
+void dph_response_flight(const float n[3], double u, double v, double direction[3])
 {
     double z = 1 - 2 * u, r = sqrt(fmax(0, 1 - z * z)), length = 0;
     const double unit[3] = {r * cos(2 * PI * v), r * sin(2 * PI * v), z};
@@ -117,7 +115,7 @@ static bool first_scattering(const struct dph_response_body *body, size_t p, int
 {
     double extinction = body->space.volume.extinction[hero];
     struct dph_spans spans;
-    cosine_direction(body->normal + 3 * p, u[0], u[1], s->flight);
+    dph_response_flight(body->normal + 3 * p, u[0], u[1], s->flight);
     for (size_t k = 0; k < 3; k++)
         s->point[k] =
             (double)body->mesh->position[3 * p + k] + 2 * body->space.margin * s->flight[k];
