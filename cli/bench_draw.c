@@ -3,9 +3,9 @@
  * The experiment is that of Tomaszewska and Stefanowski, figures 4 and 5: the candle with
  * unshared vertices, two cameras, a frame of 1280 x 800 and one of 5 x 5, which leaves the
  * vertex stage alone. Added are shared vertices with indices, every storage, and the ratio to
- * plain shading. Variants are measured in groups; lambert is in each group, and in each round of
- * a group (dph_renderer_measure), so ratios do not depend on when a group's turn is. Bands of
- * one number are in the same group in all types, and the rivals are together. */
+ * plain shading. All variants of a cell are measured in turns with lambert (dph_renderer_measure),
+ * or in a few groups where the model is so large that buffers for all would not fit; lambert is in
+ * each group, so ratios do not depend on when a group's turn is. */
 #include "bench_draw.h"
 
 #include <errno.h>
@@ -14,7 +14,12 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { GROUP = 9, NEAR_TO_FAR = 8, CELLS = 64 };
+enum { NEAR_TO_FAR = 8, CELLS = 64 };
+
+/* Variants are measured in groups that are as large as memory allows: so the base line is drawn the
+ * fewest times, and a variant's turns are spread the farthest over the drift of the machine. */
+enum { GROUP_LEAST = 9, CORNER_BYTES = 64 + 4 * 36 };
+static const size_t GROUP_BYTES = (size_t)2 << 30;
 
 /* What -o adds to the matrix: how the methods grow that differ in kind. */
 static const int growth_counts[] = {1, 2, 4, 8, 16};
@@ -180,8 +185,8 @@ static bool part_step(void *user, double fraction)
 struct group {
     int count, first; /* of the plan's variants; lambert comes on top */
     int jobs;         /* 1 + count, and with indices unshared lambert as the last */
-    struct bench_view view[GROUP + 2];
-    struct dph_renderer *renderer[GROUP + 2];
+    struct bench_view view[MAX_VARIANTS + 1];
+    struct dph_renderer *renderer[MAX_VARIANTS + 1];
 };
 
 static void group_finish(struct group *group)
@@ -233,8 +238,8 @@ static bool measure_cell(const struct settings *settings, const struct bench_run
                          const struct variant *variant, const struct cell *cell, int rounds,
                          struct part *part, struct bench_row *row, struct dph_error *err)
 {
-    struct dph_timing_job job[GROUP + 2];
-    struct dph_timing timing[GROUP + 2];
+    struct dph_timing_job job[MAX_VARIANTS + 1];
+    struct dph_timing timing[MAX_VARIANTS + 1];
     struct dph_timing_params params = dph_timing_defaults();
     params.seconds = run->seconds_each;
     params.rounds = rounds;
@@ -294,16 +299,18 @@ struct plan {
     bool growth;
 };
 
-static int group_count(const struct plan *plan)
+static int group_count(const struct plan *plan, const struct bench_model *model)
 {
-    return plan->nvariant > 1 ? (plan->nvariant - 1 + GROUP - 1) / GROUP : 1;
+    const size_t each = CORNER_BYTES * 3 * model->triangles, fit = GROUP_BYTES / each;
+    const int most = fit > MAX_VARIANTS ? MAX_VARIANTS : fit > GROUP_LEAST ? (int)fit : GROUP_LEAST;
+    return plan->nvariant > 1 ? (plan->nvariant - 1 + most - 1) / most : 1;
 }
 
 static bool run_plan(const struct settings *settings, const struct bench_run *run,
                      const struct bench_model *model, const struct plan *plan, struct part *part,
                      struct bench_row *row, struct dph_error *err)
 {
-    const int groups = group_count(plan), rest = plan->nvariant - 1;
+    const int groups = group_count(plan, model), rest = plan->nvariant - 1;
     for (int c = 0, next; c < plan->ncell; c = next) {
         for (next = c; next < plan->ncell && plan->cell[next].indexed == plan->cell[c].indexed;)
             next++;
@@ -389,7 +396,7 @@ static int bench_one(struct settings *settings, const struct bench_run *run, con
         result->table[result->ntable++] = (struct bench_table){
             result->nrow, plan[p].ncell, plan[p].nvariant, plan[p].growth};
         result->nrow += plan[p].ncell * plan[p].nvariant;
-        calls += plan[p].ncell * group_count(&plan[p]);
+        calls += plan[p].ncell * group_count(&plan[p], &model);
     }
     result->row = calloc((size_t)result->nrow + 1, sizeof *result->row);
     if (!result->row) {

@@ -10,10 +10,13 @@
  * ("Exploratory Data Analysis", 1977, chapter 11), by turns:
  *
  *     d_i = median over k near i, but not i, of  log t_k - a_j(k)
- *     a_j = median over i of series j of         log t_i - d_i
+ *     a_j = middle over i of series j of         log t_i - d_i
  *
  * Medians, because a frame that is interrupted is much longer and there is no such thing as a frame
- * much shorter. A time's own residual is left out of its drift, or it would be explained by itself.
+ * much shorter. For the a_j the median is replaced by the mean of what is left without the TRIM of
+ * the largest and as many of the smallest, which is as safe and steadier: times of frames that
+ * stream through memory, or that several threads work at, come in two heaps, and a median jumps from
+ * one to the other. A time's own residual is left out of its drift, or it would be explained by itself.
  * Neighbours are NEAR times on either side: fewer are noisy themselves, more reach past the drift.
  * The ratio is exp(a_j - a_0). A constant that moves from all a_j to d leaves it alone.
  *
@@ -34,8 +37,10 @@
  * shrinks the difference by its own uncertainty, g = max(0, 1 - (2 error / (b_j - b_0))^2), L.
  * Breiman's nonnegative garrote ("Better subset regression", 1995).
  *
- * The error of a_j is that of a median of n values, 1.253 s / sqrt(n), with s half the width of the
- * middle 68 percent of r_i; those of a_j, a_0 and the slope's part are added as independent. */
+ * The error of a_j is that of a trimmed mean of n values, w / (1 - 2 TRIM) / sqrt(n), with w the
+ * standard deviation after every value that is left out has been put to the nearest that is not
+ * (J. W. Tukey and D. H. McLaughlin, "Less vulnerable confidence and significance procedures for
+ * location", 1963); those of a_j, a_0 and the slope's part are added as independent. */
 #include "render/drift.h"
 
 #include "core/fail.h"
@@ -45,6 +50,7 @@
 #include <stdlib.h>
 
 enum { NEAR = 4, STEPS = 12, SLOPE_STEPS = 10 };
+static const double TRIM = .2;   /* of a series' times, on either side                   */
 static const double PEACE = .1; /* the quantile of the drift at which ratios are told */
 static const double HUBER = 1.3; /* times s: a residual from which on weights fall       */
 static const double DOUBT = 2;   /* times its error: a slope that does not count at all  */
@@ -84,7 +90,7 @@ struct polish {
     const struct dph_turn *turn;
     size_t count, nseries;
     double *log_ms, *drift; /* (count)                                      */
-    double *value;          /* (nseries) a_j                                */
+    double *value, *error;  /* (nseries) a_j and its error                  */
     size_t *number;         /* (nseries) turns                              */
     size_t *first;          /* (nseries) where a series begins in `sorted`  */
     double *sorted;         /* (count) room: values, series by series       */
@@ -114,12 +120,28 @@ static void sort_series(struct polish *p, bool drift)
         dph_sort(p->sorted + p->first[j], p->number[j]);
 }
 
+/* Mean of sorted values without the outer ones, and its error. */
+static double trimmed_mean(const double *sorted, size_t count, double *error)
+{
+    const size_t cut = (size_t)(TRIM * (double)count), kept = count - 2 * cut;
+    double sum = 0, square = 0;
+    for (size_t i = cut; i < count - cut; i++)
+        sum += sorted[i];
+    const double mean = sum / (double)kept;
+    for (size_t i = 0; i < count; i++) {
+        const size_t at = i < cut ? cut : i < count - cut ? i : count - cut - 1;
+        square += (sorted[at] - mean) * (sorted[at] - mean);
+    }
+    *error = sqrt(square) / (double)kept;
+    return mean;
+}
+
 static void find_values(struct polish *p)
 {
     sort_series(p, false);
     for (size_t j = 0; j < p->nseries; j++)
         if (p->number[j])
-            p->value[j] = dph_quantile(p->sorted + p->first[j], p->number[j], .5);
+            p->value[j] = trimmed_mean(p->sorted + p->first[j], p->number[j], &p->error[j]);
 }
 
 static void find_drift(struct polish *p)
@@ -191,10 +213,11 @@ bool dph_drift_ratios(const struct dph_turn *turn, size_t nturn, size_t nseries,
                        .drift = dph_alloc_zero(nturn + 1, sizeof(double)),
                        .sorted = dph_alloc(nturn + 1, sizeof(double)),
                        .value = dph_alloc_zero(nseries, sizeof(double)),
+                       .error = dph_alloc_zero(nseries, sizeof(double)),
                        .number = dph_alloc_zero(nseries, sizeof(size_t)),
                        .first = dph_alloc_zero(nseries, sizeof(size_t)),
                        .slope = dph_alloc_zero(nseries, sizeof(struct slope))};
-    if (!p.log_ms || !p.drift || !p.sorted || !p.value || !p.number || !p.first || !p.slope) {
+    if (!p.log_ms || !p.drift || !p.sorted || !p.value || !p.error || !p.number || !p.first || !p.slope) {
         dph_fail_memory(err);
         goto error;
     }
@@ -218,8 +241,7 @@ bool dph_drift_ratios(const struct dph_turn *turn, size_t nturn, size_t nseries,
         const double part = DOUBT * doubt / fabs(b);
         const double g = part < 1 ? 1 - part * part : 0, reach = g * (peace - own->middle);
         ratio[j] = exp(p.value[j] - p.value[0] + (g > 0 ? reach * b : 0));
-        const double wide = 1.2533 * hypot(own->s / sqrt((double)p.number[j]),
-                                           base->s / sqrt((double)p.number[0]));
+        const double wide = hypot(p.error[j], p.error[0]);
         error[j] = j ? ratio[j] * hypot(wide, g > 0 ? reach * doubt : 0) : 0;
     }
     ok = true;
@@ -229,6 +251,7 @@ error:
     free(p.drift);
     free(p.sorted);
     free(p.value);
+    free(p.error);
     free(p.number);
     free(p.first);
     free(p.slope);

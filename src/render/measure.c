@@ -14,8 +14,8 @@
  * Work of others is not fair: through what the units of a core share it slows the vertices of a
  * software rasteriser, which one thread works at, more than pixels, which all threads do. So turns
  * during which others took more than a little of a processor do not count towards ratios, if enough
- * remain. Where a ratio's error is too large after all rounds, some more follow for these
- * descriptions and the base line.
+ * remain. After all rounds there is some time left for those descriptions whose ratios are the
+ * least certain, and the base line: long frames have few turns.
  *
  * Lights turn about the vertical before every frame, so that what the CPU computes once a light is
  * part of the frame, and depth maps are drawn anew: a little from frame to frame of a turn, by the
@@ -53,14 +53,15 @@ enum {
     MOST_ROUNDS = 1000,   /* that may be asked for                     */
     BASE_TURNS = 2,       /* of the base line in a round               */
     LONGEST = 2,          /* times the rounds: for what has not had its seconds */
-    LOOKS = 20            /* at what is uncertain, after the rounds asked for */
+    LOOKS = 20            /* at what is uncertain, in the time for that */
 };
 static const double WARM_SECONDS = .06;
 static const double STRETCH = 1.8; /* times the seconds asked for: where rounds are left out */
 static const double GOLDEN = 2.39996322972865332; /* pi (3 - sqrt(5)) */
 static const double STEP = .01;                   /* radians a frame  */
-static const double MORE = .3; /* of the rounds may follow for what is uncertain */
-static const double UNCERTAIN = .025; /* a relative error of a ratio that asks for them */
+static const double MORE = .3; /* of the time of the rounds may follow for what is uncertain: ... */
+static const double UNCERTAIN = .012; /* ... for ratios whose relative error is above this ... */
+static const double AMONG_WORST = .7; /* ... and at least so many times the largest */
 static const double DISTURBED = .15;  /* processors that others take ...                */
 static const double OVER = 1; /* ... on the mean over so many seconds: the clock has steps of .01 */
 static const double ENOUGH = .3; /* part of the turns that makes the others unnecessary */
@@ -92,6 +93,8 @@ struct measurement {
     uint32_t random;
     double *ratio, *error; /* (jobs)                                         */
     int planned, rounds;   /* rounds that were asked for, and made so far    */
+    double began, planned_seconds; /* clock at the first round; what planned rounds took, or 0 */
+    double told;                    /* progress, 0 to 1 */
     double start, others;  /* clocks when the first turn of unknown ones began */
     double seconds, others_seconds; /* sums over all that is known            */
 };
@@ -260,12 +263,11 @@ static bool watch_others(struct measurement *m, bool now, struct dph_error *err)
     return true;
 }
 
-/* All ratios: of undisturbed turns, or of all where these are few of a description's. `quiet`:
- * whether they are enough. */
-static bool find_ratios(struct measurement *m, bool *quiet, struct dph_error *err)
+/* All ratios: of undisturbed turns, or of all where these are few of a description's. */
+static bool find_ratios(struct measurement *m, struct dph_error *err)
 {
     size_t n = 0;
-    *quiet = true;
+    bool quiet = true;
     for (size_t j = 0; j < m->jobs; j++) {
         size_t all = 0, kept = 0;
         for (size_t i = 0; i < m->turns; i++)
@@ -273,14 +275,14 @@ static bool find_ratios(struct measurement *m, bool *quiet, struct dph_error *er
                 all++;
                 kept += !m->disturbed[i];
             }
-        *quiet = *quiet && (double)kept >= ENOUGH * (double)all;
+        quiet = quiet && (double)kept >= ENOUGH * (double)all;
     }
     free(m->kept);
     m->kept = dph_alloc(m->turns, sizeof *m->kept);
     if (!m->kept)
         return dph_fail_memory(err);
     for (size_t i = 0; i < m->turns; i++)
-        if (!*quiet || !m->disturbed[i])
+        if (!quiet || !m->disturbed[i])
             m->kept[n++] = m->turn[i];
     return dph_drift_ratios(m->kept, n, m->jobs, m->ratio, m->error, err);
 }
@@ -301,17 +303,25 @@ static void summarise(const struct measurement *m, size_t j, struct dph_timing *
                                   .gpu = m->gpu};
 }
 
-/* Round number m->rounds, for those whose turn it is, with the base line. `uncertain` not NULL: for
- * those of them only of whom that says so; for nobody if there are none. */
-static bool run_round(struct measurement *m, const bool *uncertain, struct dph_error *err)
+static bool tell_progress(struct measurement *m, double fraction, struct dph_error *err)
+{
+    fraction = fmin(fraction, 1);
+    if (!m->params->progress || fraction <= m->told)
+        return true;
+    m->told = fraction;
+    return m->params->progress(m->params->progress_user, fraction) ||
+           dph_fail(err, DPH_ERROR_CANCELLED, "cancelled");
+}
+
+/* A round for those whose turn it is by m->rounds, or, if not NULL, for those that are `chosen`,
+ * with the base line. */
+static bool run_round(struct measurement *m, const bool *chosen, struct dph_error *err)
 {
     const int64_t round = m->rounds, planned = m->planned;
-    const double last = LONGEST * (double)m->planned;
     size_t count = 0;
     for (size_t j = 0; j < m->jobs; j++) {
         const int64_t part = m->series[j].rounds;
-        const bool turn = (round + 1) * part / planned > round * part / planned;
-        if (turn && (!uncertain || uncertain[j]))
+        if (chosen ? chosen[j] : (round + 1) * part / planned > round * part / planned)
             m->order[count++] = j;
     }
     const size_t base = !count ? 0 : m->jobs > 1 ? BASE_TURNS : 1;
@@ -326,45 +336,56 @@ static bool run_round(struct measurement *m, const bool *uncertain, struct dph_e
     for (size_t i = 0; i < count; i++) {
         if (!run_turn(m, m->order[i], err))
             return false;
-        const double done = ((double)round + (double)(i + 1) / (double)count) / last;
-        if (m->params->progress && !m->params->progress(m->params->progress_user, done))
-            return dph_fail(err, DPH_ERROR_CANCELLED, "cancelled");
+        double done = m->planned_seconds > 0
+                          ? (dph_seconds() - m->began) / m->planned_seconds
+                          : ((double)round + (double)(i + 1) / (double)count) / m->planned;
+        if (!tell_progress(m, done / (1 + MORE), err))
+            return false;
     }
     m->rounds++;
     return watch_others(m, false, err);
 }
 
-/* As many rounds as were planned, and more while a ratio is uncertain, or where frames turn out to
- * be shorter than they seemed. */
-static bool run_rounds(struct measurement *m, bool *uncertain, struct dph_error *err)
+/* Chooses those that have not had their seconds, and if there is still time for them those whose
+ * ratios are the least certain. False: there are none. */
+static bool choose(const struct measurement *m, bool in_time, bool *chosen)
 {
-    const int last = LONGEST * m->planned, enough = m->planned + (int)(MORE * m->planned);
-    m->start = dph_seconds();
+    double worst = 0;
+    bool any = false;
+    for (size_t j = 1; j < m->jobs; j++)
+        worst = fmax(worst, m->error[j] / m->ratio[j]);
+    for (size_t j = 0; j < m->jobs; j++) {
+        chosen[j] = !m->gpu && m->series[j].total < 1e3 * m->params->seconds;
+        if (j && in_time)
+            chosen[j] |= m->error[j] > fmax(AMONG_WORST * worst, UNCERTAIN) * m->ratio[j];
+        any = any || chosen[j];
+    }
+    return any;
+}
+
+/* As many rounds as were planned, and more where ratios are uncertain, or where frames turn out to
+ * be shorter than they seemed. */
+static bool run_rounds(struct measurement *m, bool *chosen, struct dph_error *err)
+{
+    m->start = m->began = dph_seconds();
     m->others = dph_seconds_others();
     while (m->rounds < m->planned)
         if (!run_round(m, NULL, err))
             return false;
+    m->planned_seconds = dph_seconds() - m->began;
     for (;;) {
-        const int next = m->rounds + 1 + (enough - m->planned) / LOOKS;
-        bool any = false, quiet = true;
-        if (!watch_others(m, true, err) || !find_ratios(m, &quiet, err))
+        if (!watch_others(m, true, err) || !find_ratios(m, err))
             return false;
-        for (size_t j = 0; j < m->jobs; j++) {
-            uncertain[j] = !m->gpu && m->series[j].total < 1e3 * m->params->seconds;
-            if (j && m->rounds < enough)
-                uncertain[j] |= !quiet || m->error[j] > UNCERTAIN * m->ratio[j];
-            any = any || uncertain[j];
-        }
-        if (!any || m->rounds >= last)
+        const double look = dph_seconds(), time = MORE * m->planned_seconds,
+                     used = look - m->began - m->planned_seconds;
+        if (m->rounds >= LONGEST * m->planned || !choose(m, used < time, chosen))
             break;
-        while (m->rounds < next && m->rounds < last)
-            if (!run_round(m, uncertain, err))
+        do {
+            if (!run_round(m, chosen, err))
                 return false;
+        } while (dph_seconds() - look < time / LOOKS);
     }
-    if (m->rounds < last && m->params->progress &&
-        !m->params->progress(m->params->progress_user, 1))
-        return dph_fail(err, DPH_ERROR_CANCELLED, "cancelled");
-    return true;
+    return tell_progress(m, 1, err);
 }
 
 bool dph_renderer_measure(const struct dph_timing_job *job, size_t count,
@@ -372,7 +393,7 @@ bool dph_renderer_measure(const struct dph_timing_job *job, size_t count,
                           struct dph_error *err)
 {
     struct measurement m = {.job = job, .jobs = count, .params = params, .random = 1};
-    bool *uncertain = NULL, ok = false;
+    bool *chosen = NULL, ok = false;
     if (!count || !(params->seconds > 0 && params->seconds <= 3600) || params->rounds < 1 ||
         params->rounds > MOST_ROUNDS)
         return dph_fail(err, DPH_ERROR_ARGUMENT, "%zu measurements of %g s in %d rounds", count,
@@ -384,15 +405,15 @@ bool dph_renderer_measure(const struct dph_timing_job *job, size_t count,
     m.order = dph_alloc(count + BASE_TURNS, sizeof *m.order);
     m.ratio = dph_alloc(count, sizeof *m.ratio);
     m.error = dph_alloc(count, sizeof *m.error);
-    uncertain = dph_alloc_zero(count, sizeof *uncertain);
-    if (!m.series || !m.order || !m.ratio || !m.error || !uncertain) {
+    chosen = dph_alloc_zero(count, sizeof *chosen);
+    if (!m.series || !m.order || !m.ratio || !m.error || !chosen) {
         dph_fail_memory(err);
         goto error;
     }
     for (size_t j = 0; j < count; j++)
         if (!warm_up(&m, j, err))
             goto error;
-    if (!run_rounds(&m, uncertain, err))
+    if (!run_rounds(&m, chosen, err))
         goto error;
     for (size_t j = count; j-- > 0;)
         summarise(&m, j, &timing[j]);
@@ -410,7 +431,7 @@ error:
     free(m.order);
     free(m.ratio);
     free(m.error);
-    free(uncertain);
+    free(chosen);
     dph_target_finish(&m.target);
     if (m.gpu)
         glDeleteQueries(QUERIES, m.query);
