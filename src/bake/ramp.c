@@ -16,10 +16,11 @@
  * the response that they are made from. The weight makes the error relative, down to e, a fiftieth
  * of the mean value, below which ringing and the noise of the bake are all there is. The second
  * term (r: 1e-4 of the mean diagonal of the equations) leads the curve on through entries without
- * samples; it is 0 for g = u^2 and its multiples, hence for a grey body. The 24 equations are
- * solved by Cholesky's method; colours that come out negative are held at 0, and the rest is solved
- * again. */
+ * samples; it is 0 for g = u^2 and its multiples, hence for a grey body. Of the
+ * 24 unknowns those that come out negative are held at 0, and the rest is solved for again. */
 #include "bake/ramp.h"
+
+#include "core/cholesky.h"
 
 #include <math.h>
 #include <string.h>
@@ -42,33 +43,21 @@ static int locate(double top, double value, double *share)
 /* The solution of A x = b for those unknowns that are free; the others are 0. */
 static void solve_free(double (*a)[N], const double b[N], const bool is_free[N], double x[N])
 {
-    double factor[N][N];
+    double factor[N * (N + 1) / 2], some[N];
     int free_one[N], n = 0;
     for (int k = 0; k < N; k++) {
         x[k] = 0;
         if (is_free[k])
             free_one[n++] = k;
     }
-    for (int i = 0; i < n; i++) {
-        for (int j = 0; j <= i; j++) {
-            double sum = a[free_one[i]][free_one[j]];
-            for (int k = 0; k < j; k++)
-                sum -= factor[i][k] * factor[j][k];
-            factor[i][j] = i == j ? sqrt(fmax(sum, 1e-300)) : sum / factor[j][j];
-        }
+    for (int i = 0, k = 0; i < n; i++) {
+        some[i] = b[free_one[i]];
+        for (int j = 0; j <= i; j++)
+            factor[k++] = a[free_one[i]][free_one[j]];
     }
-    for (int i = 0; i < n; i++) {
-        double sum = b[free_one[i]];
-        for (int k = 0; k < i; k++)
-            sum -= factor[i][k] * x[free_one[k]];
-        x[free_one[i]] = sum / factor[i][i];
-    }
-    for (int i = n - 1; i >= 0; i--) {
-        double sum = x[free_one[i]];
-        for (int k = i + 1; k < n; k++)
-            sum -= factor[k][i] * x[free_one[k]];
-        x[free_one[i]] = sum / factor[i][i];
-    }
+    dph_cholesky_solve(n, factor, some);
+    for (int i = 0; i < n; i++)
+        x[free_one[i]] = some[i];
 }
 
 static void solve_positive(double (*a)[N], const double b[N], double x[N])

@@ -22,6 +22,7 @@
 #include "bake/smooth.h"
 
 #include "bake/neighbours.h"
+#include "core/cholesky.h"
 #include "core/fail.h"
 #include "core/memory.h"
 #include "core/threads.h"
@@ -112,29 +113,6 @@ static void tangents(const float n[3], double u[3], double v[3])
         v[k] = (double)n[(k + 1) % 3] * u[(k + 2) % 3] - (double)n[(k + 2) % 3] * u[(k + 1) % 3];
 }
 
-/* The first row of the inverse of a symmetric positive definite matrix: Cholesky, m = l l^T. */
-static void first_of_inverse(double m[FEATURES][FEATURES], double x[FEATURES])
-{
-    for (int i = 0; i < FEATURES; i++)
-        for (int j = 0; j <= i; j++) {
-            double sum = m[i][j];
-            for (int k = 0; k < j; k++)
-                sum -= m[i][k] * m[j][k];
-            m[i][j] = i == j ? sqrt(sum) : sum / m[j][j];
-        }
-    for (int i = 0; i < FEATURES; i++) {
-        double sum = i == 0;
-        for (int k = 0; k < i; k++)
-            sum -= m[i][k] * x[k];
-        x[i] = sum / m[i][i];
-    }
-    for (int i = FEATURES - 1; i >= 0; i--) {
-        for (int k = i + 1; k < FEATURES; k++)
-            x[i] -= m[k][i] * x[k];
-        x[i] /= m[i][i];
-    }
-}
-
 /* Weights of position p itself (0) and of its neighbours for all levels; 0 beyond a level. Returns
  * how many levels there are. */
 static int weights_of(const struct dph_smoother *s, size_t p, float weight[LEVELS][MOST + 1])
@@ -160,23 +138,22 @@ static int weights_of(const struct dph_smoother *s, size_t p, float weight[LEVEL
     }
     for (; levels < LEVELS && count >= MEMBERS[levels]; levels++) {
         int members = MEMBERS[levels];
-        double reach = 1.1 * distance[members], matrix[FEATURES][FEATURES] = {{0}};
-        double solution[FEATURES], w[MOST + 1];
+        double reach = 1.1 * distance[members], matrix[FEATURES * (FEATURES + 1) / 2] = {0};
+        double solution[FEATURES] = {1}, w[MOST + 1];
         if (!(reach > 0))
             break;
         for (int i = 0; i <= members; i++) {
             double near = 1 - distance[i] * distance[i] / (reach * reach);
             w[i] = near * near * likeness[i];
             const double *f = feature[i];
-            for (int a = 0; a < FEATURES; a++)
+            for (int a = 0, k = 0; a < FEATURES; a++)
                 for (int b = 0; b <= a; b++)
-                    matrix[a][b] += w[i] * f[a] * f[b] *
-                                    (a == U || a == V ? 1 / reach : 1) *
-                                    (b == U || b == V ? 1 / reach : 1);
+                    matrix[k++] += w[i] * f[a] * f[b] * (a == U || a == V ? 1 / reach : 1) *
+                                   (b == U || b == V ? 1 / reach : 1);
         }
         for (int a = U; a < FEATURES; a++)
-            matrix[a][a] += RIDGE * matrix[ONE][ONE];
-        first_of_inverse(matrix, solution);
+            matrix[a * (a + 3) / 2] += RIDGE * matrix[0];
+        dph_cholesky_solve(FEATURES, matrix, solution); /* the first row of the inverse */
         for (int i = 0; i <= count; i++) {
             double sum = solution[ONE];
             for (int a = U; a < FEATURES; a++)

@@ -17,8 +17,10 @@
  *     sum_j (integral t_i t_j p^2) g_j = integral t_i p L.
  *
  * A pull of a thousandth of each diagonal towards gain 1 keeps what a body leaves open (one without
- * light, or all of it flat) from running away. Solved by Cholesky's method. */
+ * light, or all of it flat) from running away. */
 #include "bake/view_gain.h"
+
+#include "core/cholesky.h"
 
 #include <diaphan/sh.h>
 
@@ -137,28 +139,18 @@ void dph_view_add(struct dph_view_equations *sum, const struct dph_view_equation
 struct dph_view_gain dph_view_solve(const struct dph_view_equations *equations)
 {
     const double *matrix = equations->matrix;
-    double factor[N][N], x[N];
+    double factor[N * (N + 1) / 2], x[N];
     struct dph_view_gain gain;
     if (!(matrix[0] > 0))
         return dph_view_even();
     /* for gain - 1, whose matrix is the same */
-    for (int i = 0; i < N; i++) {
-        for (int j = 0; j <= i; j++) {
-            double sum = matrix[i * (i + 1) / 2 + j] * (i == j ? 1 + PULL : 1);
-            for (int k = 0; k < j; k++)
-                sum -= factor[i][k] * factor[j][k];
-            factor[i][j] = i == j ? sqrt(fmax(sum, 1e-12 * matrix[0])) : sum / factor[j][j];
-        }
+    for (int i = 0, k = 0; i < N; i++) {
         x[i] = equations->right[i] - matrix[i * (i + 1) / 2];
-        for (int k = 0; k < i; k++)
-            x[i] -= factor[i][k] * x[k];
-        x[i] /= factor[i][i];
+        for (int j = 0; j <= i; j++, k++)
+            factor[k] = matrix[k] * (i == j ? 1 + PULL : 1);
     }
-    for (int i = N - 1; i >= 0; i--) {
-        for (int k = i + 1; k < N; k++)
-            x[i] -= factor[k][i] * x[k];
-        x[i] /= factor[i][i];
+    dph_cholesky_solve(N, factor, x); /* what no position has a share in is left even */
+    for (int i = 0; i < N; i++)
         gain.term[i] = (float)(x[i] + (i == 0));
-    }
     return gain;
 }

@@ -2,41 +2,12 @@
  *
  * The answer is free in some unknowns and 0 in the others (C. L. Lawson, R. J. Hanson, "Solving
  * least squares problems", 1974, chapter 23). With three there are seven sets that can be free:
- * each is solved by Cholesky's factors, and the best of the answers without a negative number is
- * it. */
+ * each is solved, and the best of the answers without a negative number is it. */
 #include "judge/protocol.h"
 
-#include <math.h>
-#include <string.h>
+#include "core/cholesky.h"
 
-/* Solves the k x k system in place; false where it is singular. */
-static bool solve(int k, double a[3][3], double b[3])
-{
-    for (int j = 0; j < k; j++) {
-        double whole = a[j][j];
-        for (int i = 0; i < j; i++)
-            a[j][j] -= a[j][i] * a[j][i];
-        if (!(a[j][j] > 1e-12 * whole)) /* this picture is a sum of the others, or black */
-            return false;
-        a[j][j] = sqrt(a[j][j]);
-        for (int i = j + 1; i < k; i++) {
-            for (int l = 0; l < j; l++)
-                a[i][j] -= a[i][l] * a[j][l];
-            a[i][j] /= a[j][j];
-        }
-    }
-    for (int j = 0; j < k; j++) {
-        for (int i = 0; i < j; i++)
-            b[j] -= a[j][i] * b[i];
-        b[j] /= a[j][j];
-    }
-    for (int j = k - 1; j >= 0; j--) {
-        for (int i = j + 1; i < k; i++)
-            b[j] -= a[i][j] * b[i];
-        b[j] /= a[j][j];
-    }
-    return true;
-}
+#include <string.h>
 
 double dph_solve_nonnegative(int n, const double *matrix, const double *right, double *x)
 {
@@ -44,16 +15,16 @@ double dph_solve_nonnegative(int n, const double *matrix, const double *right, d
     memset(x, 0, (size_t)n * sizeof *x);
     for (int set = 1; set < 1 << n; set++) {
         int member[3], k = 0;
-        double a[3][3], b[3], value = 0;
+        double a[6], b[3], value = 0;
         for (int i = 0; i < n; i++)
             if (set >> i & 1)
                 member[k++] = i;
-        for (int i = 0; i < k; i++) {
-            for (int j = 0; j < k; j++)
-                a[i][j] = matrix[member[i] * n + member[j]];
+        for (int i = 0, at = 0; i < k; i++) {
+            for (int j = 0; j <= i; j++)
+                a[at++] = matrix[member[i] * n + member[j]];
             b[i] = right[member[i]];
         }
-        if (!solve(k, a, b))
+        if (!dph_cholesky_solve(k, a, b)) /* a picture is a sum of the others, or black */
             continue;
         bool positive = true;
         for (int i = 0; i < k; i++) {
