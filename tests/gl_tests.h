@@ -17,7 +17,7 @@ const char *__lsan_default_suppressions(void)
 
 static struct dph_gl *gl;
 
-/* False: there is no context, the reason is printed, and main returns 77. */
+/* False: there is no context, and the reason is printed. */
 static inline bool begin_gl(void)
 {
     struct dph_error err;
@@ -29,10 +29,14 @@ static inline bool begin_gl(void)
     return gl;
 }
 
-static inline void end_gl(void)
+static inline int end_gl(int failed)
 {
     if (!__lsan_disable)
         dph_gl_destroy(gl);
+    return failed;
 }
+
+/* main of a program whose tests draw; `tests` is an array. */
+#define run_gl_tests(tests) (begin_gl() ? end_gl(cmocka_run_group_tests(tests, NULL, NULL)) : 77)
 
 #endif

@@ -174,4 +174,22 @@ static inline const float *pixel_at(const struct dph_image *image, int x, int y)
     return image->pixel + 4 * ((size_t)y * (size_t)image->width + (size_t)x);
 }
 
+/* The cosine between a direction and the normal of the unit sphere that pixel (x, y) of a picture
+ * of side `side` sees from `eye` radii; false: it sees none, or its rim. */
+static inline bool cosine_at(int x, int y, int side, double eye, const double to_light[3],
+                             double *mu)
+{
+    double scale = tan(35 * PI / 360) / (side / 2.0);
+    double d[3] = {(x + .5 - side / 2.0) * scale, (side / 2.0 - y - .5) * scale, -1};
+    double length = sqrt(d[0] * d[0] + d[1] * d[1] + 1), b = eye / length;
+    double discriminant = b * b - eye * eye + 1;
+    if (discriminant < .05)
+        return false;
+    double hit = b - sqrt(discriminant);
+    *mu = 0;
+    for (int k = 0; k < 3; k++)
+        *mu += (d[k] / length * hit + (k == 2 ? eye : 0)) * to_light[k];
+    return true;
+}
+
 #endif

@@ -1,8 +1,9 @@
 /* Charts and the page they are drawn on: what is written can be read again, is the same twice, and
  * survives what texts and numbers can do to it. */
-#define _POSIX_C_SOURCE 200809L
+#define _XOPEN_SOURCE 700
 #include "canvas.h"
 #include "chart.h"
+#include "folder.h"
 #include "text.h"
 
 #include <math.h>
@@ -16,32 +17,6 @@
 #include <unistd.h>
 
 #include <cmocka.h>
-
-static char folder[] = "/tmp/diaphan-chart-XXXXXX";
-
-static const char *in_folder(const char *name)
-{
-    static char path[4][128];
-    static int turn;
-    turn = (turn + 1) % 4;
-    snprintf(path[turn], sizeof path[turn], "%s/%s", folder, name);
-    return path[turn];
-}
-
-static char *slurp(const char *path, size_t *size)
-{
-    FILE *file = fopen(path, "rb");
-    assert_non_null(file);
-    fseek(file, 0, SEEK_END);
-    *size = (size_t)ftell(file);
-    rewind(file);
-    char *data = malloc(*size + 1);
-    assert_non_null(data);
-    assert_int_equal(fread(data, 1, *size, file), *size);
-    data[*size] = 0;
-    fclose(file);
-    return data;
-}
 
 static void same_files(const char *a, const char *b)
 {
@@ -248,23 +223,6 @@ static void test_texts(void **state)
     assert_int_equal(canvas_paragraph(canvas, 0, 0, 1, 1, &type, "", true), 0);
     canvas_destroy(canvas);
     canvas_forget_fonts();
-}
-
-static int make_folder(void **state)
-{
-    (void)state;
-    return mkdtemp(folder) ? 0 : -1;
-}
-
-static int remove_folder(void **state)
-{
-    static const char *const names[] = {"a.svg", "b.svg", "a.png", "b.png", "p.png",
-                                        "h.svg", "h.png", "i.png", "j.png"};
-    (void)state;
-    const char *kept = getenv("DPH_KEEP"); /* to look at what is drawn */
-    for (size_t i = 0; i < sizeof names / sizeof names[0] && !kept; i++)
-        unlink(in_folder(names[i]));
-    return kept ? 0 : rmdir(folder);
 }
 
 int main(void)

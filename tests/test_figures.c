@@ -1,6 +1,7 @@
 /* The contact sheet and the report of a comparison, of made-up pictures of a ball: all that should
  * stand there does, nothing is fetched, and hostile names and numbers break nothing. */
-#define _POSIX_C_SOURCE 200809L
+#define _XOPEN_SOURCE 700
+#include "folder.h"
 #include "report_html.h"
 #include "sheet.h"
 
@@ -17,32 +18,6 @@
 #include <cmocka.h>
 
 enum { WIDTH = 320, HEIGHT = 200, LIGHTS = 3, METHODS = 7, ENTRIES = 2 * METHODS + 3 };
-
-static char folder[] = "/tmp/diaphan-figures-XXXXXX";
-
-static const char *in_folder(const char *name)
-{
-    static char path[4][128];
-    static int turn;
-    turn = (turn + 1) % 4;
-    snprintf(path[turn], sizeof path[turn], "%s/%s", folder, name);
-    return path[turn];
-}
-
-static char *slurp(const char *path, size_t *size)
-{
-    FILE *file = fopen(path, "rb");
-    assert_non_null(file);
-    fseek(file, 0, SEEK_END);
-    *size = (size_t)ftell(file);
-    rewind(file);
-    char *data = malloc(*size + 1);
-    assert_non_null(data);
-    assert_int_equal(fread(data, 1, *size, file), *size);
-    data[*size] = 0;
-    fclose(file);
-    return data;
-}
 
 static const struct dph_method methods[METHODS] = {
     {.name = "lambert", .title = "Lambert"},
@@ -350,23 +325,6 @@ static void test_hostile(void **state)
     assert_true(sheet_save(&c, &run, in_folder("h.png"), &err));
     c.material[0].nentry = kept;
     finish(&c);
-}
-
-static int make_folder(void **state)
-{
-    (void)state;
-    return mkdtemp(folder) ? 0 : -1;
-}
-
-static int remove_folder(void **state)
-{
-    static const char *const names[] = {"a.png", "b.png", "report.html", "h.html", "h.png"};
-    (void)state;
-    if (getenv("DPH_KEEP")) /* to look at what is drawn */
-        return 0;
-    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++)
-        unlink(in_folder(names[i]));
-    return rmdir(folder);
 }
 
 int main(void)

@@ -1,58 +1,11 @@
 /* Thickness as clustered principal components in glTF: written, read back, baked over, and broken
  * on purpose. */
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <setjmp.h>
-
-#include <cmocka.h>
-
 #include "fabricate.h"
+#include "saved_scene.h"
 
-#include <stdio.h>
-#include <string.h>
-#include <unistd.h>
-
-static char path[64], again[64];
-
-/* A wavy sheet of 60 x 60 vertices. */
 static struct dph_scene *make_scene(void)
 {
-    enum { SIDE = 60 };
-    struct dph_mesh mesh;
-    assert_true(dph_mesh_init(&mesh, SIDE * SIDE, 2 * (SIDE - 1) * (SIDE - 1), true, false, NULL));
-    for (uint32_t v = 0; v < SIDE * SIDE; v++) {
-        float x = (float)(v % SIDE) / SIDE, y = (float)(v / SIDE) / SIDE;
-        float p[3] = {x, y, sinf(5 * x) * cosf(4 * y)}, n[3] = {0, 0, 1};
-        memcpy(mesh.position + 3 * (size_t)v, p, sizeof p);
-        memcpy(mesh.normal + 3 * (size_t)v, n, sizeof n);
-    }
-    uint32_t *index = mesh.index;
-    for (uint32_t y = 0; y + 1 < SIDE; y++)
-        for (uint32_t x = 0; x + 1 < SIDE; x++) {
-            uint32_t a = y * SIDE + x, t[6] = {a, a + 1, a + SIDE, a + SIDE, a + 1, a + SIDE + 1};
-            memcpy(index, t, sizeof t);
-            index += 6;
-        }
-    struct dph_scene *scene = dph_scene_from_mesh(&mesh, "sheet", NULL);
-    assert_non_null(scene);
-    return scene;
-}
-
-static void save(struct dph_scene *scene, const char *where)
-{
-    struct dph_error err = {0};
-    if (!dph_scene_save(scene, where, &err))
-        fail_msg("%s", err.message);
-}
-
-static struct dph_scene *load(const char *where)
-{
-    struct dph_error err = {0};
-    struct dph_scene *scene = dph_scene_load(where, &err);
-    if (!scene)
-        fail_msg("%s", err.message);
-    return scene;
+    return wavy_sheet(60, 1);
 }
 
 static void assert_same(const struct dph_thickness *a, const struct dph_thickness *b)
@@ -93,16 +46,6 @@ static void test_round_trip(void **unused)
     }
 }
 
-static long size_of(const char *where)
-{
-    FILE *file = fopen(where, "rb");
-    assert_non_null(file);
-    fseek(file, 0, SEEK_END);
-    long size = ftell(file);
-    fclose(file);
-    return size;
-}
-
 /* One store over the other takes its place: nothing of the old one is read, and the file does not
  * grow from bake to bake. */
 static void test_bake_over(void **unused)
@@ -131,29 +74,6 @@ static void test_bake_over(void **unused)
     }
 }
 
-/* Overwrites the first occurrence of `old` in the file by `new` of the same length, then expects
- * the message. */
-static void expect_broken(const char *old, const char *new, const char *message)
-{
-    static char data[1 << 20];
-    assert_int_equal(strlen(old), strlen(new));
-    FILE *file = fopen(path, "rb");
-    assert_non_null(file);
-    size_t size = fread(data, 1, sizeof data, file), at = 0, length = strlen(old);
-    fclose(file);
-    while (at + length <= size && memcmp(data + at, old, length))
-        at++;
-    assert_true(at + length <= size);
-    memcpy(data + at, new, length);
-    assert_non_null(file = fopen(again, "wb"));
-    assert_int_equal(fwrite(data, 1, size, file), size);
-    fclose(file);
-    struct dph_error err = {0};
-    struct dph_scene *scene = dph_scene_load(again, &err);
-    if (scene || !strstr(err.message, message))
-        fail_msg("%s -> %s: %s", old, new, scene ? "was read" : err.message);
-}
-
 static void test_broken(void **unused)
 {
     (void)unused;
@@ -172,11 +92,7 @@ static void test_broken(void **unused)
     expect_broken("_THICKNESS_CPCA_1", "_THICKNESS_OTHER1", "_THICKNESS_CPCA_1 is missing");
     expect_broken("_THICKNESS_CLUSTER", "_THICKNESS_CLASTER", "_THICKNESS_CLUSTER is missing");
     /* a number of the table that is none */
-    scene->body->thickness->table[77] = NAN;
-    save(scene, again);
-    struct dph_error err = {0};
-    assert_null(dph_scene_load(again, &err));
-    assert_non_null(strstr(err.message, "number 77 of bufferView"));
+    expect_not_finite(scene, &scene->body->thickness->table[77], "number 77 of bufferView");
     dph_scene_destroy(scene);
 }
 
@@ -187,10 +103,5 @@ int main(void)
         cmocka_unit_test(test_bake_over),
         cmocka_unit_test(test_broken),
     };
-    snprintf(path, sizeof path, "/tmp/diaphan-cpca-%ld.glb", (long)getpid());
-    snprintf(again, sizeof again, "/tmp/diaphan-cpca-%ld-again.glb", (long)getpid());
-    int failed = cmocka_run_group_tests(tests, NULL, NULL);
-    remove(path);
-    remove(again);
-    return failed;
+    return run_saved_tests("cpca", tests);
 }

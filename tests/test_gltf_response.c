@@ -1,43 +1,16 @@
 /* A baked response in glTF: written, read back in every form and packing, baked over, beside other
  * data, and broken on purpose. */
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <setjmp.h>
-
-#include <cmocka.h>
+#include "saved_scene.h"
 
 #include <diaphan/rivals.h>
 
-#include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
-
-static char path[64], again[64];
 
 enum { SIDE = 12, COUNT = SIDE * SIDE };
 
 static struct dph_scene *make_scene(void)
 {
-    struct dph_mesh mesh;
-    assert_true(dph_mesh_init(&mesh, COUNT, 2 * (SIDE - 1) * (SIDE - 1), true, false, NULL));
-    for (uint32_t v = 0; v < COUNT; v++) {
-        float x = (float)(v % SIDE) / SIDE, y = (float)(v / SIDE) / SIDE;
-        float p[3] = {x, y, .2F * sinf(5 * x) * cosf(4 * y)}, n[3] = {0, 0, 1};
-        memcpy(mesh.position + 3 * (size_t)v, p, sizeof p);
-        memcpy(mesh.normal + 3 * (size_t)v, n, sizeof n);
-    }
-    uint32_t *index = mesh.index;
-    for (uint32_t y = 0; y + 1 < SIDE; y++)
-        for (uint32_t x = 0; x + 1 < SIDE; x++) {
-            uint32_t a = y * SIDE + x, t[6] = {a, a + 1, a + SIDE, a + SIDE, a + 1, a + SIDE + 1};
-            memcpy(index, t, sizeof t);
-            index += 6;
-        }
-    struct dph_scene *scene = dph_scene_from_mesh(&mesh, "sheet", NULL);
-    assert_non_null(scene);
+    struct dph_scene *scene = wavy_sheet(SIDE, .2F);
     scene->mm_per_unit = 20;
     return scene;
 }
@@ -82,22 +55,6 @@ static void bake(struct dph_scene *scene, enum dph_response_form form, int bands
     rivals->products |= DPH_PRODUCT_RESPONSE;
     dph_rivals_remember(&rivals->response_origin, dph_material_preset(1), 20, 0);
     dph_transfer_finish(&t);
-}
-
-static void save(struct dph_scene *scene, const char *where)
-{
-    struct dph_error err = {0};
-    if (!dph_scene_save(scene, where, &err))
-        fail_msg("%s", err.message);
-}
-
-static struct dph_scene *load(const char *where)
-{
-    struct dph_error err = {0};
-    struct dph_scene *scene = dph_scene_load(where, &err);
-    if (!scene)
-        fail_msg("%s", err.message);
-    return scene;
 }
 
 static void assert_same(const struct dph_rivals *a, const struct dph_rivals *b)
@@ -192,19 +149,12 @@ static void test_bake_over(void **unused)
                      DPH_PRODUCT_CLUSTERS | DPH_PRODUCT_NORMALS | DPH_PRODUCT_RESPONSE);
     bake(third, DPH_RESPONSE_LINEAR, 4, DPH_STORE_SNORM16, 0);
     save(third, path);
-    FILE *file = fopen(path, "rb");
-    assert_non_null(file);
-    fseek(file, 0, SEEK_END);
-    long size = ftell(file);
-    fclose(file);
+    long size = size_of(path);
     dph_scene_destroy(third);
     third = load(path);
     bake(third, DPH_RESPONSE_LINEAR, 4, DPH_STORE_SNORM16, 0);
     save(third, path);
-    assert_non_null(file = fopen(path, "rb"));
-    fseek(file, 0, SEEK_END);
-    assert_int_equal(ftell(file), size);
-    fclose(file);
+    assert_int_equal(size_of(path), size);
     dph_scene_destroy(third);
     dph_scene_destroy(back);
     dph_scene_destroy(scene);
@@ -229,31 +179,6 @@ static void test_fit(void **unused)
     assert_false(
         dph_scene_rivals_fit(scene, DPH_PRODUCT_RESPONSE, own, 25, why, sizeof why, &found));
     assert_non_null(strstr(why, "another size"));
-    dph_scene_destroy(scene);
-}
-
-/* Overwrites the first occurrence of `old` in the file by `new` of the same length, then expects
- * the message. */
-static void expect_broken(const char *old, const char *new, const char *message)
-{
-    static char data[1 << 20];
-    assert_int_equal(strlen(old), strlen(new));
-    FILE *file = fopen(path, "rb");
-    assert_non_null(file);
-    size_t size = fread(data, 1, sizeof data, file), at = 0, length = strlen(old);
-    fclose(file);
-    while (at + length <= size && memcmp(data + at, old, length))
-        at++;
-    if (at + length > size)
-        fail_msg("no %s in the file", old);
-    memcpy(data + at, new, length);
-    assert_non_null(file = fopen(again, "wb"));
-    assert_int_equal(fwrite(data, 1, size, file), size);
-    fclose(file);
-    struct dph_error err = {0};
-    struct dph_scene *scene = dph_scene_load(again, &err);
-    if (scene || !strstr(err.message, message))
-        fail_msg("%s -> %s: %s", old, new, scene ? "was read" : err.message);
     dph_scene_destroy(scene);
 }
 
@@ -285,11 +210,8 @@ static void test_broken(void **unused)
     save(scene, path);
     expect_broken("\"form\":\"rgb\"", "\"form\":\"rgg\"", "is not known");
     expect_broken("_RESPONSE_SH_2", "_RESPONSE_XX_2", "_RESPONSE_SH_2 is missing");
-    ((float *)scene->body->rivals->response->channel[1]->data)[3] = NAN;
-    struct dph_error err = {0};
-    save(scene, again);
-    assert_null(dph_scene_load(again, &err));
-    assert_non_null(strstr(err.message, "_RESPONSE_SH_"));
+    expect_not_finite(scene, (float *)scene->body->rivals->response->channel[1]->data + 3,
+                      "_RESPONSE_SH_");
     for (int form = 0; form < 3; form += 2) {
         bake(scene, (enum dph_response_form)form, 3, DPH_STORE_CPCA, 20);
         save(scene, path);
@@ -312,10 +234,5 @@ int main(void)
         cmocka_unit_test(test_fit),
         cmocka_unit_test(test_broken),
     };
-    snprintf(path, sizeof path, "/tmp/diaphan-response-%ld.glb", (long)getpid());
-    snprintf(again, sizeof again, "/tmp/diaphan-response-%ld-again.glb", (long)getpid());
-    int failed = cmocka_run_group_tests(tests, NULL, NULL);
-    remove(path);
-    remove(again);
-    return failed;
+    return run_saved_tests("response", tests);
 }

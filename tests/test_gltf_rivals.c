@@ -1,45 +1,16 @@
 /* What the methods beside SHSSS store in glTF: written, read back, baked over, and broken on
  * purpose. */
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <setjmp.h>
-
-#include <cmocka.h>
+#include "saved_scene.h"
 
 #include <diaphan/rivals.h>
 
-#include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
 
-static char path[64], again[64];
+enum { ALL = DPH_PRODUCT_NORMALS | DPH_PRODUCT_TRANSFER | DPH_PRODUCT_CLUSTERS };
 
-enum { SIDE = 14, ALL = DPH_PRODUCT_NORMALS | DPH_PRODUCT_TRANSFER | DPH_PRODUCT_CLUSTERS };
-
-/* A wavy sheet. */
 static struct dph_scene *make_scene(void)
 {
-    struct dph_mesh mesh;
-    assert_true(dph_mesh_init(&mesh, SIDE * SIDE, 2 * (SIDE - 1) * (SIDE - 1), true, false, NULL));
-    for (uint32_t v = 0; v < SIDE * SIDE; v++) {
-        float x = (float)(v % SIDE) / SIDE, y = (float)(v / SIDE) / SIDE;
-        float p[3] = {x, y, .2F * sinf(5 * x) * cosf(4 * y)}, n[3] = {0, 0, 1};
-        memcpy(mesh.position + 3 * (size_t)v, p, sizeof p);
-        memcpy(mesh.normal + 3 * (size_t)v, n, sizeof n);
-    }
-    uint32_t *index = mesh.index;
-    for (uint32_t y = 0; y + 1 < SIDE; y++)
-        for (uint32_t x = 0; x + 1 < SIDE; x++) {
-            uint32_t a = y * SIDE + x, t[6] = {a, a + 1, a + SIDE, a + SIDE, a + 1, a + SIDE + 1};
-            memcpy(index, t, sizeof t);
-            index += 6;
-        }
-    struct dph_scene *scene = dph_scene_from_mesh(&mesh, "sheet", NULL);
-    assert_non_null(scene);
-    return scene;
+    return wavy_sheet(14, .2F);
 }
 
 static void bake(struct dph_scene *scene, unsigned products, int bands, int clusters, int vectors)
@@ -53,22 +24,6 @@ static void bake(struct dph_scene *scene, unsigned products, int bands, int clus
     params.vectors = vectors;
     if (!dph_scene_bake_rivals(scene, products, &params, NULL, &err))
         fail_msg("%s", err.message);
-}
-
-static void save(struct dph_scene *scene, const char *where)
-{
-    struct dph_error err = {0};
-    if (!dph_scene_save(scene, where, &err))
-        fail_msg("%s", err.message);
-}
-
-static struct dph_scene *load(const char *where)
-{
-    struct dph_error err = {0};
-    struct dph_scene *scene = dph_scene_load(where, &err);
-    if (!scene)
-        fail_msg("%s", err.message);
-    return scene;
 }
 
 static void assert_same_origin(const struct dph_rivals_origin *a, const struct dph_rivals_origin *b)
@@ -137,16 +92,6 @@ static void test_round_trip(void **unused)
         }
 }
 
-static long size_of(const char *where)
-{
-    FILE *file = fopen(where, "rb");
-    assert_non_null(file);
-    fseek(file, 0, SEEK_END);
-    long size = ftell(file);
-    fclose(file);
-    return size;
-}
-
 /* The new data take the old ones' place, and the file does not grow from bake to bake. */
 static void test_bake_over(void **unused)
 {
@@ -207,43 +152,6 @@ static void test_fit(void **unused)
     dph_scene_destroy(scene);
 }
 
-/* Overwrites the first occurrence of `old` in the file by `new` of the same length, then expects
- * the message. */
-static void expect_broken(const char *old, const char *new, const char *message)
-{
-    static char data[1 << 20];
-    assert_int_equal(strlen(old), strlen(new));
-    FILE *file = fopen(path, "rb");
-    assert_non_null(file);
-    size_t size = fread(data, 1, sizeof data, file), at = 0, length = strlen(old);
-    fclose(file);
-    while (at + length <= size && memcmp(data + at, old, length))
-        at++;
-    if (at + length > size)
-        fail_msg("no %s in the file", old);
-    memcpy(data + at, new, length);
-    assert_non_null(file = fopen(again, "wb"));
-    assert_int_equal(fwrite(data, 1, size, file), size);
-    fclose(file);
-    struct dph_error err = {0};
-    struct dph_scene *scene = dph_scene_load(again, &err);
-    if (scene || !strstr(err.message, message))
-        fail_msg("%s -> %s: %s", old, new, scene ? "was read" : err.message);
-    dph_scene_destroy(scene);
-}
-
-static void expect_not_finite(struct dph_scene *scene, float *number, const char *message)
-{
-    float was = *number;
-    struct dph_error err = {0};
-    *number = NAN;
-    save(scene, again);
-    assert_null(dph_scene_load(again, &err));
-    if (!strstr(err.message, message))
-        fail_msg("%s", err.message);
-    *number = was;
-}
-
 static void test_broken(void **unused)
 {
     (void)unused;
@@ -289,10 +197,5 @@ int main(void)
         cmocka_unit_test(test_fit),
         cmocka_unit_test(test_broken),
     };
-    snprintf(path, sizeof path, "/tmp/diaphan-rivals-%ld.glb", (long)getpid());
-    snprintf(again, sizeof again, "/tmp/diaphan-rivals-%ld-again.glb", (long)getpid());
-    int failed = cmocka_run_group_tests(tests, NULL, NULL);
-    remove(path);
-    remove(again);
-    return failed;
+    return run_saved_tests("rivals", tests);
 }

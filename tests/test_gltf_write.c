@@ -2,6 +2,7 @@
  * the first. */
 #define _XOPEN_SOURCE 700
 #include "fabricate.h"
+#include "folder.h"
 #include "gltf_maker.h"
 #include "mesh/gltf.h"
 
@@ -12,17 +13,6 @@
 #include <unistd.h>
 
 #include <cmocka.h>
-
-static char folder[] = "/tmp/diaphan-write-XXXXXX";
-
-static const char *in_folder(const char *name)
-{
-    static char path[4][512];
-    static int turn;
-    turn = (turn + 1) % 4;
-    snprintf(path[turn], sizeof path[turn], "%s/%s", folder, name);
-    return path[turn];
-}
 
 static void put_file(const char *name, const void *data, size_t size)
 {
@@ -542,26 +532,6 @@ static void test_refusals(void **state)
     dph_scene_destroy(scene);
 }
 
-static int set_up(void **state)
-{
-    (void)state;
-    return mkdtemp(folder) ? 0 : -1;
-}
-
-static int remove_one(const char *path, const struct stat *info, int type, struct FTW *where)
-{
-    (void)info;
-    (void)type;
-    (void)where;
-    return remove(path);
-}
-
-static int tear_down(void **state)
-{
-    (void)state;
-    return nftw(folder, remove_one, 8, FTW_DEPTH | FTW_PHYS);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -570,5 +540,5 @@ int main(void)
         cmocka_unit_test(test_plain),    cmocka_unit_test(test_numbers),
         cmocka_unit_test(test_refusals),
     };
-    return cmocka_run_group_tests(tests, set_up, tear_down);
+    return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

@@ -1,5 +1,7 @@
 /* Pictures: the sRGB curve's published values, round trips through PNG and EXR, and files that lie. */
 #define _XOPEN_SOURCE 700
+#include "folder.h"
+
 #include <diaphan/image.h>
 
 #include <math.h>
@@ -14,17 +16,6 @@
 #include <unistd.h>
 
 #include <cmocka.h>
-
-static char folder[] = "/tmp/dph-image-XXXXXX";
-
-static const char *in_folder(const char *name)
-{
-    static char path[4][256];
-    static int turn;
-    turn = (turn + 1) % 4;
-    snprintf(path[turn], sizeof path[turn], "%s/%s", folder, name);
-    return path[turn];
-}
 
 static unsigned char *load(const char *path, size_t *size)
 {
@@ -407,23 +398,6 @@ static void test_unwritable(void **state)
         }
     }
     dph_image_finish(&image);
-}
-
-static int make_folder(void **state)
-{
-    (void)state;
-    return mkdtemp(folder) ? 0 : -1;
-}
-
-static int remove_folder(void **state)
-{
-    (void)state;
-    static const char *const names[] = {"a.png",   "b.png",   "c.png",    "k.png",
-                                        "a.exr",   "b.exr",   "good.png", "good.exr",
-                                        "bad.png", "bad.exr", "text.png", "full.png"};
-    for (size_t i = 0; i < sizeof names / sizeof *names; i++)
-        unlink(in_folder(names[i]));
-    return rmdir(folder);
 }
 
 int main(void)

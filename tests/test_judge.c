@@ -355,14 +355,10 @@ static void test_refusals(void **state)
 
 int main(void)
 {
-    if (!begin_gl())
-        return 77;
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_fit_recovers), cmocka_unit_test(test_sphere),
         cmocka_unit_test(test_views),        cmocka_unit_test(test_study),
         cmocka_unit_test(test_cancel),       cmocka_unit_test(test_refusals),
     };
-    int failed = cmocka_run_group_tests(tests, NULL, NULL);
-    end_gl();
-    return failed;
+    return run_gl_tests(tests);
 }

@@ -442,8 +442,6 @@ static void test_uniforms(void **state)
 
 int main(void)
 {
-    if (!begin_gl())
-        return 77;
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_thickness_values), cmocka_unit_test(test_indexed_and_unshared),
         cmocka_unit_test(test_backlit_sphere),   cmocka_unit_test(test_lambert_sphere),
@@ -452,7 +450,5 @@ int main(void)
         cmocka_unit_test(test_refusals),         cmocka_unit_test(test_methods),
         cmocka_unit_test(test_uniforms),         cmocka_unit_test(test_tiles),
     };
-    int failed = cmocka_run_group_tests(tests, NULL, NULL);
-    end_gl();
-    return failed;
+    return run_gl_tests(tests);
 }

@@ -281,8 +281,6 @@ static void test_lowest_integers(void **state)
 
 int main(void)
 {
-    if (!begin_gl())
-        return 77;
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_auto_bands),
         cmocka_unit_test(test_auto_bands_of_two_lights),
@@ -291,7 +289,5 @@ int main(void)
         cmocka_unit_test(test_many_materials),
         cmocka_unit_test(test_lowest_integers),
     };
-    int failed = cmocka_run_group_tests(tests, NULL, NULL);
-    end_gl();
-    return failed;
+    return run_gl_tests(tests);
 }

@@ -518,8 +518,6 @@ static void test_many_maps(void **state)
 
 int main(void)
 {
-    if (!begin_gl())
-        return 77;
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_sphere),    cmocka_unit_test(test_convex),
         cmocka_unit_test(test_shell),     cmocka_unit_test(test_blur),
@@ -527,7 +525,5 @@ int main(void)
         cmocka_unit_test(test_far_point), cmocka_unit_test(test_inverse_square),
         cmocka_unit_test(test_many_maps),
     };
-    int failed = cmocka_run_group_tests(tests, NULL, NULL);
-    end_gl();
-    return failed;
+    return run_gl_tests(tests);
 }

@@ -133,14 +133,10 @@ static void test_refusals(void **state)
 
 int main(void)
 {
-    if (!begin_gl())
-        return 77;
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_unshared),
         cmocka_unit_test(test_figures),
         cmocka_unit_test(test_refusals),
     };
-    int failed = cmocka_run_group_tests(tests, NULL, NULL);
-    end_gl();
-    return failed;
+    return run_gl_tests(tests);
 }

@@ -80,23 +80,6 @@ static struct dph_scene *ball(void (*radial)(double mu, double color[3]),
     return scene;
 }
 
-/* The cosine between a direction and the normal of the unit sphere that pixel (x, y) of a picture
- * of side `side` sees from `eye` radii; false: it sees none, or its rim. */
-static bool cosine_at(int x, int y, int side, double eye, const double to_light[3], double *mu)
-{
-    double scale = tan(35 * PI / 360) / (side / 2.0);
-    double d[3] = {(x + .5 - side / 2.0) * scale, (side / 2.0 - y - .5) * scale, -1};
-    double length = sqrt(d[0] * d[0] + d[1] * d[1] + 1), b = eye / length;
-    double discriminant = b * b - eye * eye + 1;
-    if (discriminant < .05)
-        return false;
-    double hit = b - sqrt(discriminant);
-    *mu = 0;
-    for (int k = 0; k < 3; k++)
-        *mu += (d[k] / length * hit + (k == 2 ? eye : 0)) * to_light[k];
-    return true;
-}
-
 /* Every form and packing, from front and back, wherever the body stands and however large. */
 static void test_sphere(void **state)
 {
@@ -366,15 +349,11 @@ static void test_cost_and_refusals(void **state)
 
 int main(void)
 {
-    if (!begin_gl())
-        return 77;
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_sphere), cmocka_unit_test(test_read_back),
         cmocka_unit_test(test_view),
         cmocka_unit_test(test_lights), cmocka_unit_test(test_colors),
         cmocka_unit_test(test_point),  cmocka_unit_test(test_cost_and_refusals),
     };
-    int failed = cmocka_run_group_tests(tests, NULL, NULL);
-    end_gl();
-    return failed;
+    return run_gl_tests(tests);
 }

@@ -215,15 +215,11 @@ static void test_coverage(void **state)
 
 int main(void)
 {
-    if (!begin_gl())
-        return 77;
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_enough_samples),
         cmocka_unit_test(test_average_by_hand),
         cmocka_unit_test(test_no_seam),
         cmocka_unit_test(test_coverage),
     };
-    int failed = cmocka_run_group_tests(tests, NULL, NULL);
-    end_gl();
-    return failed;
+    return run_gl_tests(tests);
 }
