@@ -144,11 +144,10 @@ bool parse_method(const struct option *option, struct settings *settings, const 
     return number >= 0;
 }
 
-/* Names of methods with commas between. */
-bool parse_for(const struct option *option, struct settings *settings, const char *value,
-                      char *why)
+/* Choices with commas between, as a set. */
+static bool set_of(const struct option *option, const char *value, unsigned *set, char *why)
 {
-    unsigned products = 0;
+    *set = 0;
     for (const char *at = value;; at++) {
         char name[40];
         size_t length = strcspn(at, ",");
@@ -156,13 +155,26 @@ bool parse_for(const struct option *option, struct settings *settings, const cha
         int number = choice_of(option, name, why);
         if (number < 0)
             return false;
-        const struct dph_method *method = dph_method_at((size_t)number);
-        products |= method->needs | (method->needs_thickness ? DPH_PRODUCT_THICKNESS : 0U);
+        *set |= 1U << number;
         at += length;
         if (!*at)
-            break;
+            return true;
     }
-    settings->products = products;
+}
+
+/* What methods draw from. */
+bool parse_for(const struct option *option, struct settings *settings, const char *value,
+                      char *why)
+{
+    unsigned set;
+    const struct dph_method *method;
+    if (!set_of(option, value, &set, why))
+        return false;
+    settings->products = 0;
+    for (size_t i = 0; (method = dph_method_at(i)); i++)
+        if (set >> i & 1)
+            settings->products |=
+                method->needs | (method->needs_thickness ? DPH_PRODUCT_THICKNESS : 0U);
     return true;
 }
 
@@ -173,23 +185,12 @@ const char *drawn_name(size_t i)
     return method ? method->name : NULL;
 }
 
-/* The same, as a set. */
 bool parse_methods(const struct option *option, struct settings *settings, const char *value,
                           char *why)
 {
-    unsigned set = 0;
-    for (const char *at = value;; at++) {
-        char name[40];
-        size_t length = strcspn(at, ",");
-        snprintf(name, sizeof name, "%.*s", (int)(length < 39 ? length : 39), at);
-        int number = choice_of(option, name, why);
-        if (number < 0)
-            return false;
-        set |= 1U << number;
-        at += length;
-        if (!*at)
-            break;
-    }
+    unsigned set;
+    if (!set_of(option, value, &set, why))
+        return false;
     *(unsigned *)field(option, settings) = set;
     return true;
 }

@@ -318,8 +318,8 @@ bool dph_fit_error(struct dph_fitting *fitting, const struct dph_material *mater
         for (size_t i = 0; i < pixels; i++)
             for (size_t c = 0; c < 3; c++)
                 image.pixel[4 * i + c] *= (float)gain[c];
-        double one = dph_relative_error(&training->image[l], &image, training->mask,
-                                        training->noise[l]);
+        double one = dph_relative_error(&training->image[l], training->noise[l], &image, 0,
+                                        training->mask);
         if (isfinite(one)) { /* a light that gives no more than noise says nothing */
             *error += one;
             count++;

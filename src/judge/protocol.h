@@ -106,11 +106,6 @@ bool dph_judge_averages(const struct dph_entry *entry);
 /* That truth under every scored light, into judged->truth, which has the pictures. */
 bool dph_views_trace(const struct dph_scene *scene, const struct dph_judge_params *params,
                      double mm_per_unit, struct dph_judged *judged, struct dph_error *err);
-/* RMS difference / RMS truth of two traced pictures over a mask, in luminance, each with noise of a
- * mean variance of its own that is taken out. */
-double dph_truths_distance(const struct dph_image *truth, double variance,
-                           const struct dph_image *other, double other_variance,
-                           const uint8_t *mask);
 
 /* held.c */
 
@@ -143,10 +138,11 @@ static inline double dph_luminance(const float *rgb)
 {
     return 0.2126 * (double)rgb[0] + 0.7152 * (double)rgb[1] + 0.0722 * (double)rgb[2];
 }
-/* RMS error / RMS truth of luminance over a mask; `variance`, the mean over it, is taken out of
- * both. */
-double dph_relative_error(const struct dph_image *reference, const struct dph_image *image,
-                          const uint8_t *mask, double variance);
+/* RMS error / RMS truth of luminance over a mask. The pictures' noise is taken out of both: each has
+ * a variance, the mean over the mask, and one that is drawn has none. */
+double dph_relative_error(const struct dph_image *reference, double variance,
+                          const struct dph_image *image, double image_variance,
+                          const uint8_t *mask);
 
 /* solve.c */
 

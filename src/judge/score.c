@@ -29,8 +29,9 @@
 #include <math.h>
 #include <stdlib.h>
 
-double dph_relative_error(const struct dph_image *reference, const struct dph_image *image,
-                          const uint8_t *mask, double variance)
+double dph_relative_error(const struct dph_image *reference, double variance,
+                          const struct dph_image *image, double image_variance,
+                          const uint8_t *mask)
 {
     double error = 0, truth = 0;
     size_t count = 0, pixels = (size_t)reference->width * (size_t)reference->height;
@@ -45,7 +46,7 @@ double dph_relative_error(const struct dph_image *reference, const struct dph_im
     }
     if (!count)
         return NAN;
-    error = error / (double)count - variance;
+    error = error / (double)count - variance - image_variance;
     truth = truth / (double)count - variance;
     if (error <= 0)
         return 0;
@@ -65,11 +66,11 @@ bool dph_scores_measure(const struct dph_image *reference, const struct dph_nois
         !dph_metric_flip(reference, image, &params, &scores->flip, map, err))
         return false;
     scores->psnr = dph_metric_psnr(rmse);
-    scores->rmse_raw = dph_relative_error(reference, image, mask, 0);
+    scores->rmse_raw = dph_relative_error(reference, 0, image, 0, mask);
     bool known = noise && isfinite(noise->variance);
     scores->rmse_view_averaged = NAN;
     scores->rmse =
-        known ? dph_relative_error(reference, image, mask, noise->variance) : scores->rmse_raw;
+        known ? dph_relative_error(reference, noise->variance, image, 0, mask) : scores->rmse_raw;
     return true;
 }
 

@@ -74,8 +74,8 @@ static bool measure_average(struct dph_renderer *renderer, struct dph_frame fram
     }
     if (ok)
         scores->rmse_view_averaged =
-            dph_relative_error(&truth->views, average.pixel ? &average : picture, truth->mask,
-                               isfinite(variance) ? variance : 0);
+            dph_relative_error(&truth->views, isfinite(variance) ? variance : 0,
+                               average.pixel ? &average : picture, 0, truth->mask);
     dph_image_finish(&average);
     return ok;
 }

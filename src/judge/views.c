@@ -29,28 +29,6 @@ bool dph_judge_averages(const struct dph_entry *entry)
     return entry->method->needs & DPH_PRODUCT_RESPONSE;
 }
 
-double dph_truths_distance(const struct dph_image *truth, double variance,
-                           const struct dph_image *other, double other_variance,
-                           const uint8_t *mask)
-{
-    double difference = 0, square = 0;
-    size_t count = 0, pixels = (size_t)truth->width * (size_t)truth->height;
-    for (size_t i = 0; i < pixels; i++) {
-        if (!mask[i])
-            continue;
-        double r = dph_luminance(truth->pixel + 4 * i);
-        double d = dph_luminance(other->pixel + 4 * i) - r;
-        difference += d * d;
-        square += r * r;
-        count++;
-    }
-    if (!count)
-        return NAN;
-    difference = fmax(0, difference / (double)count - variance - other_variance);
-    square = square / (double)count - variance;
-    return square > 0 ? sqrt(difference / square) : NAN;
-}
-
 static bool fill_views(const struct dph_reference *reference, size_t light, int threads,
                        struct dph_truth *truth, struct dph_error *err)
 {
@@ -64,9 +42,8 @@ static bool fill_views(const struct dph_reference *reference, size_t light, int 
                            err))
         return false;
     double variance = truth->noise.variance, other = truth->views_noise.variance;
-    truth->views_rmse = dph_truths_distance(&truth->image, isfinite(variance) ? variance : 0,
-                                            &truth->views, isfinite(other) ? other : 0,
-                                            truth->mask);
+    truth->views_rmse = dph_relative_error(&truth->image, isfinite(variance) ? variance : 0,
+                                           &truth->views, isfinite(other) ? other : 0, truth->mask);
     return true;
 }
 
