@@ -17,11 +17,11 @@ void print_draw_tables(const struct bench_run *run, const struct bench_result *r
         if (!r || memcmp(&row->cell, &row[-1].cell, sizeof row->cell)) {
             cell_label(&row->cell, label);
             printf("\n%s: %s vertices\n", label, with_commas(row->vertices, a));
-            printf("  %-22s %8s %8s %8s %8s %8s  %9s  %7s %7s %6s\n", "method", "ms", "p05", "p95",
+            printf("  %-26s %8s %8s %8s %8s %8s  %9s  %7s %7s %6s\n", "method", "ms", "p05", "p95",
                    "fps", "cpu ms", "x lambert", "B/vert", "passes", "frames");
         }
         variant_label(&row->variant, label);
-        printf("  %-22s %8.3f %8.3f %8.3f %8.1f %8.3f  %9.2f  %7.4g %7d %6zu\n", label,
+        printf("  %-26s %8.3f %8.3f %8.3f %8.1f %8.3f  %9.2f  %7.4g %7d %6zu\n", label,
                row->timing.ms_median, row->timing.ms_p05, row->timing.ms_p95,
                1e3 / row->timing.ms_median, row->timing.cpu_ms, row->timing.ratio,
                row->cost.bytes_per_vertex, row->cost.passes, row->timing.frames);
