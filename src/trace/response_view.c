@@ -28,7 +28,11 @@
 
 #define PI 3.14159265358979323846
 
-enum { BLOCKS = 512, WALKS = 512, LIGHTS = 4 };
+enum { BLOCKS = 512, BLOCKS_LEAST = 32, WALKS = 512, LIGHTS = 4 };
+
+/* The noise of a bake from which on fewer blocks will do: their number goes with its inverse square,
+ * as that of the bake's own walks does. */
+static const double COARSE = .05;
 
 struct job {
     const struct dph_response_bake_params *params;
@@ -38,6 +42,7 @@ struct job {
     float *normal;    /* (npos x 3) unit length                                        */
     double *area;     /* (npos) of the positions up to this one, a third of each triangle */
     uint32_t *vertex; /* (npos) one that stands there                                  */
+    int blocks;
     struct dph_view_equations block[BLOCKS];
     atomic_bool cancelled;
 };
@@ -135,12 +140,12 @@ static void run_block(void *context, size_t block, int worker)
     struct dph_random random = dph_random_seed(job->params->seed, UINT64_MAX, block);
     double all = job->area[job->mesh.npos - 1];
     for (int i = 0; i < WALKS; i++) {
-        double at = ((double)block * WALKS + i + dph_random_next(&random)) / (BLOCKS * WALKS);
+        double at = ((double)block * WALKS + i + dph_random_next(&random)) / (job->blocks * WALKS);
         add_sample(job, find_position(job, at * all), &random, &job->block[block]);
     }
     dph_rays_leave(before);
     if (worker == 0 && job->params->progress &&
-        !job->params->progress(job->params->progress_user, (double)block / BLOCKS))
+        !job->params->progress(job->params->progress_user, (double)block / job->blocks))
         atomic_store(&job->cancelled, true);
 }
 
@@ -178,12 +183,14 @@ bool dph_response_view_fit(const struct dph_bake_input *input,
         return dph_fail_memory(err);
     job->params = params;
     job->response = response;
+    const double part = COARSE / fmax(params->noise, COARSE);
+    job->blocks = (int)fmax(BLOCKS * part * part, BLOCKS_LEAST);
     dph_volume_init(&job->space.volume, params->scattering, params->absorption,
                     params->anisotropy);
     bool ok = prepare(job, input, err);
     if (ok && job->mesh.npos && job->area[job->mesh.npos - 1] > 0) {
-        dph_parallel(dph_thread_count(params->threads), BLOCKS, run_block, job);
-        for (int i = 1; i < BLOCKS; i++)
+        dph_parallel(dph_thread_count(params->threads), (size_t)job->blocks, run_block, job);
+        for (int i = 1; i < job->blocks; i++)
             dph_view_add(&job->block[0], &job->block[i]);
         ok = !atomic_load(&job->cancelled) || dph_fail(err, DPH_ERROR_CANCELLED, "cancelled");
         if (ok)
