@@ -1,5 +1,5 @@
 /* diaphan bench response: what the response bake costs for a stated noise, and whether it is right
- * about that noise.
+ * about that noise; and what it costs to find what an eye sees over the average, for the root form.
  *
  * The bake adds walks until its own estimate of the noise is low enough. With --check N every bake
  * is followed by one of N times the walks, with another seed and without smoothing, so that nothing
@@ -37,6 +37,7 @@ struct row {
     struct dph_response_bake_report told, check;
     double seconds, check_seconds;
     double cpu_seconds; /* of all threads: threads times seconds on a quiet machine, or less */
+    double view_seconds; /* of the form and the fit of views                                  */
     double found; /* NaN without --check */
 };
 
@@ -88,6 +89,28 @@ static bool bake(const struct settings *settings, const struct row *row, const c
     return ok;
 }
 
+/* What follows the bake in dph_scene_bake_response: the form, and what an eye sees of it. */
+static bool fit_views(const struct settings *settings, struct row *row,
+                      const struct dph_transfer *transfer, struct dph_response_bake_params *params,
+                      struct dph_error *err)
+{
+    const struct dph_mesh *mesh = row->mesh;
+    struct dph_bake_input input = {mesh->position, 0, mesh->nvert, mesh->index, mesh->ntri};
+    struct dph_response_params form = dph_response_defaults();
+    struct progress progress;
+    form.threads = settings->threads;
+    progress_begin(&progress, settings, "views");
+    params->progress_user = &progress;
+    double start = seconds_now();
+    struct dph_response *response = dph_response_create(transfer, &form, NULL, err);
+    bool ok =
+        response && dph_response_view_fit(&input, params, response, &response->view, err);
+    row->view_seconds = seconds_now() - start;
+    progress_end(&progress);
+    dph_response_destroy(response);
+    return ok;
+}
+
 /* Bakes as dph_scene_bake_response does, and once more for the check. */
 static bool measure(const struct settings *settings, struct row *row, struct dph_error *err)
 {
@@ -109,6 +132,8 @@ static bool measure(const struct settings *settings, struct row *row, struct dph
     if (!bake(settings, row, "", &params, &rough, &row->told, &row->seconds, err))
         goto error;
     row->cpu_seconds = (double)(clock() - begin) / CLOCKS_PER_SEC;
+    if (!fit_views(settings, row, &rough, &params, err))
+        goto error;
     if (settings->check) {
         params.noise = 0;
         params.smooth = false;
@@ -130,7 +155,7 @@ error:
 static void print_head(const struct settings *settings)
 {
     printf("\nmodel            positions  material  size mm  threads  seconds  CPU seconds  "
-           "walks/position  noise of walks  noise told  reached");
+           "views: seconds  walks/position  noise of walks  noise told  reached");
     if (settings->check)
         printf("  noise found  found/told  check: walks/position   noise  seconds");
     printf("\n");
@@ -140,9 +165,9 @@ static void print_head(const struct settings *settings)
 static void print_row(const struct settings *settings, const struct row *row)
 {
     const struct dph_response_bake_report *told = &row->told;
-    printf("%-15s  %9zu  %-8s  %7g  %7d  %7.1f  %11.1f  %14.0f  %14.4f  %10.4f  %7s",
+    printf("%-15s  %9zu  %-8s  %7g  %7d  %7.1f  %11.1f  %14.1f  %14.0f  %14.4f  %10.4f  %7s",
            row->model, told->positions, row->material.name, row->size_mm, told->threads,
-           row->seconds, row->cpu_seconds, walks_each(told), told->noise_walks, told->noise,
+           row->seconds, row->cpu_seconds, row->view_seconds, walks_each(told), told->noise_walks, told->noise,
            told->reached ? "yes" : "no");
     if (settings->check)
         printf("  %11.4f  %10.2f  %21.0f  %6.4f  %7.1f", row->found, row->found / told->noise,
@@ -164,6 +189,7 @@ static void emit_row(struct json *json, const struct settings *settings, const s
     emit_count(json, "threads", (size_t)told->threads);
     emit_number(json, "seconds", row->seconds);
     emit_number(json, "cpu_seconds", row->cpu_seconds);
+    emit_number(json, "view_seconds", row->view_seconds);
     emit_number(json, "walks_per_position", walks_each(told));
     emit_number(json, "noise_walks", told->noise_walks);
     emit_number(json, "noise", told->noise);
