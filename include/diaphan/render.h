@@ -129,8 +129,8 @@ struct dph_timing_params {
     double seconds;         /* of counted frames a description, at least; above 0, to 3600; 1  */
     int rounds;             /* in so many turns at least, 1 to 1000; 30. A turn is one frame, and there
                              * are as many as fill the seconds; with the GPU's timer it is a block of
-                             * two frames or more, and long frames get fewer turns, 12 at least. What is
-                             * uncertain gets up to 3 in 10 more                              */
+                             * two frames or more, and long frames get fewer turns, 12 at least. Then up
+                             * to 3 tenths of the time go to the least certain ratios         */
     dph_progress *progress; /* Nullable; NULL                                                 */
     void *progress_user;
 };
