@@ -103,8 +103,7 @@ static bool fit_views(const struct settings *settings, struct row *row,
     params->progress_user = &progress;
     double start = seconds_now();
     struct dph_response *response = dph_response_create(transfer, &form, NULL, err);
-    bool ok =
-        response && dph_response_view_fit(&input, params, response, &response->view, err);
+    bool ok = response && dph_response_view_fit(&input, params, response, &response->view, err);
     row->view_seconds = seconds_now() - start;
     progress_end(&progress);
     dph_response_destroy(response);

@@ -52,7 +52,7 @@ static void test_unshared(void **state)
 static bool count_steps(void *user, double fraction)
 {
     double *last = user;
-    assert_true(fraction > *last && fraction <= 1);
+    assert_true(fraction >= *last && fraction <= 1);
     *last = fraction;
     return true;
 }

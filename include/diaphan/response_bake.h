@@ -84,9 +84,9 @@ bool dph_response_bake(const struct dph_bake_input *input,
  * with the least squared error of the radiance, light that comes through unscattered left out, over
  * all positions, views and lights, given what `response` (baked from the same input, in the root
  * form, not stored as DPH_STORE_CPCA) says of the average. Of `params` it takes the medium, the noise,
- * the seed, the threads and the progress. 262144 walks, fewer where the noise is above .05 (at .1 a
- * quarter: the error of what is drawn grows by about a hundredth); the same terms for any number of
- * threads. False: as dph_response_bake, and DPH_ERROR_ARGUMENT for another response; `gain` is then even. */
+ * the seed, the threads and the progress. 262144 walks, fewer where the noise is above .05 (with
+ * its inverse square, 16384 at least); the same terms for any number of threads. False: as
+ * dph_response_bake, and DPH_ERROR_ARGUMENT for another response; `gain` is then even. */
 bool dph_response_view_fit(const struct dph_bake_input *input,
                            const struct dph_response_bake_params *params,
                            const struct dph_response *response, struct dph_view_gain *gain,

@@ -305,11 +305,8 @@ static void summarise(const struct measurement *m, size_t j, struct dph_timing *
 
 static bool tell_progress(struct measurement *m, double fraction, struct dph_error *err)
 {
-    fraction = fmin(fraction, 1);
-    if (!m->params->progress || fraction <= m->told)
-        return true;
-    m->told = fraction;
-    return m->params->progress(m->params->progress_user, fraction) ||
+    m->told = fmin(fmax(fraction, m->told), 1);
+    return !m->params->progress || m->params->progress(m->params->progress_user, m->told) ||
            dph_fail(err, DPH_ERROR_CANCELLED, "cancelled");
 }
 
